@@ -1,0 +1,48 @@
+#include "topotag/image.h"
+
+#include <cstring>
+#include <new>
+#include <string>
+
+#include "topotag/error.h"
+
+namespace topotag {
+namespace {
+
+constexpr size_t kRowAlignment = 64;
+
+void ValidateSize(int width, int height) {
+  if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide) {
+    throw Error(ErrorCode::kInvalidArgument,
+                "image size " + std::to_string(width) + "x" + std::to_string(height) +
+                    " is not within 1x1 .. " + std::to_string(kMaxImageSide) + "x" +
+                    std::to_string(kMaxImageSide));
+  }
+}
+
+}  // namespace
+
+void ValidateImage(const ImageView& image) {
+  if (image.data == nullptr) throw Error(ErrorCode::kInvalidArgument, "image data is null");
+  ValidateSize(image.width, image.height);
+  if (image.stride < image.width) {
+    throw Error(ErrorCode::kInvalidArgument, "image stride " + std::to_string(image.stride) +
+                                                 " is less than its width " +
+                                                 std::to_string(image.width));
+  }
+}
+
+Image::Image(int width, int height) : width_(width), height_(height) {
+  ValidateSize(width, height);
+  stride_ = static_cast<ptrdiff_t>((static_cast<size_t>(width) + kRowAlignment - 1) /
+                                   kRowAlignment * kRowAlignment);
+  const size_t bytes = static_cast<size_t>(stride_) * static_cast<size_t>(height);
+  data_.reset(static_cast<uint8_t*>(::operator new[](bytes, std::align_val_t(kRowAlignment))));
+  std::memset(data_.get(), 0, bytes);
+}
+
+void Image::AlignedDelete::operator()(uint8_t* p) const {
+  ::operator delete[](p, std::align_val_t(kRowAlignment));
+}
+
+}  // namespace topotag

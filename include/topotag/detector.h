@@ -1,0 +1,67 @@
+#ifndef TOPOTAG_DETECTOR_H_
+#define TOPOTAG_DETECTOR_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "topotag/detection.h"
+#include "topotag/error.h"
+#include "topotag/image.h"
+#include "topotag/options.h"
+
+namespace topotag {
+
+/// Time of each stage of one frame, microseconds.
+struct StageTimes {
+  double threshold = 0;
+  double binarize = 0;
+  double label = 0;
+  double tree = 0;
+  double decode = 0;
+  double vertices = 0;
+  double pose = 0;
+  double total = 0;
+};
+
+/// Finds TopoTags in frames. Holds its configuration and its workspace; nothing is global.
+/// Thread safety: one Detector per thread.
+class Detector {
+ public:
+  /// @throws Error (kInvalidArgument: a value of `options` out of range; kUnavailable: a backend
+  ///         that this build or machine does not have; kDevice).
+  explicit Detector(Options options = {});
+  ~Detector();
+  Detector(Detector&&) noexcept;
+  Detector& operator=(Detector&&) noexcept;
+
+  /// Detects the markers in one grayscale frame.
+  ///
+  /// Paper: section 4 (detection), departures in docs/design.md.
+  /// @param image  height x width, 8-bit luminance, not owned; stride in bytes, >= width; only read.
+  /// @return detections sorted by (family, id, centre y, centre x); empty when there is none.
+  /// @throws Error (kInvalidArgument: null data, stride < width, size out of range or other than
+  ///         the camera's, region of interest outside the frame; kDevice).
+  /// Bit-identical across backends and thread counts up to and including the vertices.
+  std::vector<Detection> detect(const ImageView& image);
+  /// The same into the caller's vector, whose capacity is reused.
+  void detect(const ImageView& image, std::vector<Detection>* detections);
+
+  const Options& options() const;
+  /// The backend that runs, with its target or device: "scalar", "simd/AVX2".
+  const std::string& backend() const;
+  /// Of the last frame.
+  const StageTimes& times() const;
+
+ private:
+  friend class DetectorStages;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// "1.2.3"
+const char* Version();
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_DETECTOR_H_

@@ -1,0 +1,53 @@
+#ifndef TOPOTAG_OPTIONS_H_
+#define TOPOTAG_OPTIONS_H_
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "topotag/camera.h"
+#include "topotag/family.h"
+#include "topotag/geometry.h"
+
+namespace topotag {
+
+enum class BackendKind { kAuto, kScalar, kSimd, kOpenCl };
+enum class Preset {
+  kDefault,  ///< what detects best
+  kPaper,    ///< the parameters of the paper (section 4)
+};
+
+/// "auto", "scalar", "simd", "opencl".
+/// @throws Error (kInvalidArgument) that lists the names.
+BackendKind ParseBackend(const std::string& name);
+const char* Name(BackendKind backend);
+/// "default", "paper".
+Preset ParsePreset(const std::string& name);
+
+struct Options {
+  std::vector<Family> families{Family(3), Family(4), Family(5)};
+  Preset preset = Preset::kDefault;
+
+  /// kAuto takes the environment variable TOPOTAG_BACKEND where it is set, else the fastest
+  /// backend of this build. A backend that is not available is an error, never replaced.
+  BackendKind backend = BackendKind::kAuto;
+  int threads = 1;  ///< >= 1; the scalar backend always runs on one
+
+  /// Lens and intrinsics. Without it there is no pose.
+  std::optional<Camera> camera;
+  /// Side of the white area in metres: of one (family n, ID), else of one family n, else
+  /// tag_size. 0 = unknown: no pose.
+  double tag_size = 0;
+  std::map<int, double> family_tag_size;
+  std::map<std::pair<int, uint64_t>, double> id_tag_size;
+
+  /// Only this part of each frame is searched; results stay in full-frame coordinates.
+  std::optional<Rect> roi;
+};
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_OPTIONS_H_
