@@ -1,0 +1,45 @@
+#include "topotag/options.h"
+
+#include <string>
+
+#include "topotag/error.h"
+
+namespace topotag {
+namespace {
+
+[[noreturn]] void Unknown(const char* what, const std::string& name, const char* expected) {
+  throw Error(ErrorCode::kInvalidArgument,
+              std::string("unknown ") + what + " '" + name + "': expected one of " + expected);
+}
+
+}  // namespace
+
+BackendKind ParseBackend(const std::string& name) {
+  for (BackendKind kind :
+       {BackendKind::kAuto, BackendKind::kScalar, BackendKind::kSimd, BackendKind::kOpenCl}) {
+    if (name == Name(kind)) return kind;
+  }
+  Unknown("backend", name, "auto, simd, opencl, scalar");
+}
+
+const char* Name(BackendKind backend) {
+  switch (backend) {
+    case BackendKind::kScalar:
+      return "scalar";
+    case BackendKind::kSimd:
+      return "simd";
+    case BackendKind::kOpenCl:
+      return "opencl";
+    case BackendKind::kAuto:
+      break;
+  }
+  return "auto";
+}
+
+Preset ParsePreset(const std::string& name) {
+  if (name == "default") return Preset::kDefault;
+  if (name == "paper") return Preset::kPaper;
+  Unknown("preset", name, "default, paper");
+}
+
+}  // namespace topotag

@@ -8,17 +8,21 @@
 
 namespace topotag {
 
-/// Reads an image as 8-bit luminance. 16-bit images are scaled down, colour is converted
-/// (Rec. 601), alpha is ignored. Multi-frame files give their first frame.
-/// @throws Error (kFile: missing, empty, truncated, not an image, larger than kMaxImageSide),
-///         naming the file and the reason.
+/// Reads a PNG, JPEG, BMP, PNM, TIFF or WebP file, told by its content, as 8-bit luminance.
+/// 16-bit images are scaled down with rounding (PNM: by their maximum value), colour is converted
+/// (Rec. 601), alpha is ignored. Multi-frame files give their first frame. An orientation tag is
+/// not applied: the pixels stay in the order in which the sensor, and its calibration, see them.
+/// @throws Error (kFile: missing, empty, truncated, corrupt, not an image, floating-point pixels,
+///         sides above kMaxImageSide or more than 2^28 pixels), naming the file and the reason.
 Image ReadImage(const std::string& path);
 
-/// Writes PNG or another format by extension; to a temporary name first, then renamed.
-/// @throws Error (kFile) that names the path.
+/// Writes the format of the extension, in any case: .png .jpg .jpeg .bmp .pgm .ppm .pnm .tif
+/// .tiff .webp; to a temporary name in the same folder first, then renamed.
+/// @throws Error (kInvalidArgument) for an invalid view, (kFile) naming the path and the reason.
 void WriteImage(const ImageView& image, const std::string& path);
 
-/// Paths of the image files in a folder, sorted by name; sub-folders are not entered.
+/// Paths of the files in a folder with one of WriteImage's extensions, sorted by name (bytes).
+/// Hidden files are left out, sub-folders are not entered.
 /// @throws Error (kFile) where the folder cannot be read or holds no image.
 std::vector<std::string> ListImages(const std::string& folder);
 

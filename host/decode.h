@@ -1,0 +1,41 @@
+#ifndef TOPOTAG_HOST_DECODE_H_
+#define TOPOTAG_HOST_DECODE_H_
+
+#include <cstdint>
+
+#include "host/homography.h"
+#include "host/tree.h"
+#include "topotag/detection.h"
+
+namespace topotag {
+
+/// What decoding knows of a marker.
+struct Decoded {
+  Family family{Family::kMinN};
+  uint64_t id = 0;
+  TagMap map;            ///< fitted to the centroids of all nodes
+  double node_area = 9;  ///< median area of the nodes, holes included, in square units
+};
+
+/// Where a candidate was found, in pixels of the frame.
+struct SearchArea {
+  int x, y;    ///< of the first pixel of the image that was labelled
+  Rect whole;  ///< all that is searched: what lies outside has not been seen
+};
+
+/// Decodes a candidate: orders its nodes, confirms the grid and reads the ID. Paper: section 4.2,
+/// ID decoding; here the order comes from the corners of the convex hull of all node centres, of
+/// which p1 is one, and is confirmed by a homography fitted to all of them. Rejected is what does
+/// not fit: mirrored markers, nodes off the grid or of the wrong size, holes off their nodes, and
+/// markers clipped by the image's border.
+/// @param camera  lens, or null: then the lens is taken as free of distortion
+/// @return false where the candidate is no marker.
+bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
+            const SearchArea& area, Decoded* decoded);
+
+/// Model vertex `i` of the family in units.
+Point2 ModelVertex(int n, int i);
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_HOST_DECODE_H_

@@ -1,0 +1,44 @@
+#ifndef TOPOTAG_HOST_DETECTOR_IMPL_H_
+#define TOPOTAG_HOST_DETECTOR_IMPL_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/backend.h"
+#include "host/decode.h"
+#include "host/segmentation.h"
+#include "topotag/detector.h"
+
+namespace topotag {
+
+/// A detector's configuration and the workspace of its last frame.
+struct Detector::Impl {
+  explicit Impl(Options o);
+
+  /// The part of the frame that is searched. Throws where the frame does not fit the options.
+  Rect Area(const ImageView& image) const;
+  const Camera* camera() const { return options.camera ? &*options.camera : nullptr; }
+  double TagSize(Family family, uint64_t id) const;
+
+  void Search(const ImageView& image, const Rect& whole);
+  void LookAgain(const ImageView& image, const Rect& whole, const Doubt& doubt);
+  void DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
+                        const SearchArea& area);
+  void MeasureVertices(const ImageView& image, std::vector<Detection>* detections);
+  void EstimatePoses(std::vector<Detection>* detections);
+
+  Options options;
+  ThresholdParams threshold_params;
+  std::unique_ptr<Backend> backend;
+  std::string backend_name;
+  StageTimes times;
+
+  Segmentation first;   ///< of the whole area
+  Segmentation second;  ///< of one doubtful part of it
+  std::vector<Decoded> decoded;
+};
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_HOST_DETECTOR_IMPL_H_

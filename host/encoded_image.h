@@ -1,0 +1,30 @@
+#ifndef TOPOTAG_HOST_ENCODED_IMAGE_H_
+#define TOPOTAG_HOST_ENCODED_IMAGE_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "topotag/image.h"
+
+namespace topotag {
+
+enum class ImageFormat { kPng, kJpeg, kBmp, kPnm, kTiff, kWebp };
+
+/// Checks the bytes of an image file before a decoder sees them: decoders print to stderr, fill
+/// what is missing with grey, and allocate whatever size a header claims.
+/// PNG chunks that do not change the pixels are removed from `bytes`.
+/// @throws Error (kFile) with the reason only: not an image of these formats, truncated, corrupt,
+///         sides above kMaxImageSide, or more than 2^28 pixels.
+ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes);
+
+/// Decodes a checked PNM file (P1 .. P6, any maximum value) to 8-bit luminance.
+Image DecodePnm(const std::vector<uint8_t>& bytes);
+
+/// Rec. 601 luminance of a pixel whose white is `max`, rounded to nearest, 0 .. 255.
+inline uint8_t Luminance(uint64_t r, uint64_t g, uint64_t b, uint64_t max) {
+  return static_cast<uint8_t>(((299 * r + 587 * g + 114 * b) * 255 + 500 * max) / (1000 * max));
+}
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_HOST_ENCODED_IMAGE_H_

@@ -1,0 +1,42 @@
+#ifndef TOPOTAG_HOST_HOMOGRAPHY_H_
+#define TOPOTAG_HOST_HOMOGRAPHY_H_
+
+#include "topotag/camera.h"
+#include "topotag/geometry.h"
+
+namespace topotag {
+
+/// A projective map of the plane, m[2][2] = 1.
+struct Homography {
+  Matrix3 m{};
+
+  double Denominator(Point2 p) const { return m[2][0] * p.x + m[2][1] * p.y + m[2][2]; }
+  Point2 Map(Point2 p) const;
+  Point2 Map(Point2 p, Jacobian2* jacobian) const;
+};
+
+/// Least-squares fit of to[i] = H from[i], in units of `to`, for n >= 4 points, weight[i] > 0
+/// (null: all 1). The origin of `from` must lie among the points.
+/// @return false where the points do not determine a map, or the horizon cuts through them.
+bool FitHomography(const Point2* from, const Point2* to, const double* weight, int n,
+                   Homography* homography);
+
+/// @return false where the map cannot be inverted.
+bool Invert(const Homography& homography, Homography* inverse);
+
+/// Tag units to pixels: a homography to ideal pixels (fx x/z + cx, fy y/z + cy), then the lens.
+/// Without a camera both kinds of pixels are the same.
+struct TagMap {
+  Homography ideal;
+  const Camera* camera = nullptr;
+
+  Point2 Pixel(Point2 tag, Jacobian2* jacobian = nullptr) const;
+};
+
+/// Pixel to ideal pixel; the same point without a camera.
+/// @return false outside the lens model's range.
+bool PixelToIdeal(const Camera* camera, Point2 pixel, Point2* ideal);
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_HOST_HOMOGRAPHY_H_

@@ -1,0 +1,23 @@
+#ifndef TOPOTAG_HOST_POSE_H_
+#define TOPOTAG_HOST_POSE_H_
+
+#include "host/homography.h"
+#include "topotag/detection.h"
+
+namespace topotag {
+
+/// Pose of a marker from its vertices. Paper: section 4.3, pose estimation.
+///
+/// Start: both solutions of the planar pose problem in closed form from the homography (Collins
+/// and Bartoli, "Infinitesimal plane-based pose estimation", IJCV 2014). Then Levenberg-Marquardt
+/// on the reprojection error of all vertices in pixels, lens included. The better one is the
+/// pose, the other one, where it stays a different minimum, the alternative.
+/// @param map       tag units to ideal pixels of `camera`
+/// @param tag_size  side of the white area, metres
+/// @return false where no solution lies in front of the camera.
+bool EstimatePose(Family family, const VertexList& vertices, const Homography& map,
+                  const Camera& camera, double tag_size, Pose* pose);
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_HOST_POSE_H_

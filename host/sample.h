@@ -1,0 +1,54 @@
+#ifndef TOPOTAG_HOST_SAMPLE_H_
+#define TOPOTAG_HOST_SAMPLE_H_
+
+#include <algorithm>
+
+#include "host/homography.h"
+#include "topotag/image.h"
+
+namespace topotag {
+
+/// Grey level at a point in pixels, bilinear; points outside take the nearest pixel of the border.
+inline double Bilinear(const ImageView& image, Point2 p) {
+  const double x = std::clamp(p.x, 0.0, image.width - 1.0);
+  const double y = std::clamp(p.y, 0.0, image.height - 1.0);
+  const int x0 = static_cast<int>(x);
+  const int y0 = static_cast<int>(y);
+  const int x1 = std::min(x0 + 1, image.width - 1);
+  const uint8_t* upper = image.row(y0);
+  const uint8_t* lower = image.row(std::min(y0 + 1, image.height - 1));
+  const double fx = x - x0;
+  const double fy = y - y0;
+  return (upper[x0] * (1 - fx) + upper[x1] * fx) * (1 - fy) +
+         (lower[x0] * (1 - fx) + lower[x1] * fx) * fy;
+}
+
+/// A tag map linearised at a point: pixel = center + j * (units from the point).
+struct LocalMap {
+  LocalMap(const TagMap& map, Point2 tag) : center(map.Pixel(tag, &j)) {}
+
+  Point2 At(Point2 offset) const {
+    return {center.x + j[0] * offset.x + j[1] * offset.y,
+            center.y + j[2] * offset.x + j[3] * offset.y};
+  }
+  double Determinant() const { return j[0] * j[3] - j[1] * j[2]; }
+
+  Jacobian2 j;
+  Point2 center;
+};
+
+/// Mean grey level on the outline of the square of half side `half` units around the centre.
+inline double RingLevel(const ImageView& image, const LocalMap& map, double half) {
+  constexpr int kPerSide = 6;
+  double sum = 0;
+  for (int i = 0; i < kPerSide; ++i) {
+    const double along = half * (2.0 * i / kPerSide - 1);
+    sum += Bilinear(image, map.At({along, -half})) + Bilinear(image, map.At({half, along})) +
+           Bilinear(image, map.At({-along, half})) + Bilinear(image, map.At({-half, -along}));
+  }
+  return sum / (4 * kPerSide);
+}
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_HOST_SAMPLE_H_

@@ -1,0 +1,55 @@
+#include "host/stages.h"
+
+#include "fallback/binarize.h"
+#include "host/detector_impl.h"
+
+namespace topotag {
+
+DetectorStages::DetectorStages(const Detector& detector) : impl_(*detector.impl_) {}
+
+Image DetectorStages::ThresholdMap() const {
+  Image map(impl_.first.bits.width, impl_.first.bits.height);
+  for (int y = 0; y < map.height(); ++y) {
+    scalar::ThresholdRow(impl_.first.grid, y, map.width(), map.row(y));
+  }
+  return map;
+}
+
+Image DetectorStages::Binary() const {
+  Image binary(impl_.first.bits.width, impl_.first.bits.height);
+  for (int y = 0; y < binary.height(); ++y) {
+    const uint64_t* bits = impl_.first.bits.row(y);
+    for (int x = 0; x < binary.width(); ++x) {
+      binary.row(y)[x] = (bits[x / 64] >> (x % 64) & 1) != 0 ? 255 : 0;
+    }
+  }
+  return binary;
+}
+
+std::vector<uint32_t> DetectorStages::Labels() const {
+  const Components& components = impl_.first.components;
+  std::vector<uint32_t> labels;
+  labels.reserve(static_cast<size_t>(components.width) * static_cast<size_t>(components.height));
+  for (int y = 0; y < components.height; ++y) {
+    const auto row = static_cast<size_t>(y);
+    const uint32_t* label = components.label.data() + components.run_begin(y);
+    for (uint32_t i = components.row_begin[row]; i < components.row_begin[row + 1]; ++i) {
+      labels.resize(row * static_cast<size_t>(components.width) + components.transition[i],
+                    *label++);
+    }
+    labels.resize((row + 1) * static_cast<size_t>(components.width), *label);
+  }
+  return labels;
+}
+
+std::vector<Rect> DetectorStages::Candidates() const {
+  std::vector<Rect> boxes;
+  for (const Candidate& candidate : impl_.first.tree.candidates()) {
+    const Feature& white = candidate.white;
+    boxes.push_back(
+        {white.min_x, white.min_y, white.max_x - white.min_x + 1, white.max_y - white.min_y + 1});
+  }
+  return boxes;
+}
+
+}  // namespace topotag

@@ -1,0 +1,99 @@
+#ifndef TOPOTAG_HOST_TREE_H_
+#define TOPOTAG_HOST_TREE_H_
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "host/backend.h"
+#include "host/pipeline.h"
+
+namespace topotag {
+
+struct TreeParams {
+  std::vector<Family> families;
+  /// A white area may have this many children more than the largest family has nodes (tau of
+  /// section 4.2; the paper takes 0). With fewer than its nodes no marker can be decoded.
+  int tau = 16;
+  /// theta1 of section 4.2: a node below this part of the reference area is an error, per cent.
+  int theta1_percent = 30;
+  /// Reference area: that of the baseline node (the paper), else that of the smallest node kept.
+  /// The latter also holds under strong perspective, where near nodes are many times larger.
+  bool baseline_reference = false;
+};
+
+/// A black node of a candidate with its white holes, largest first.
+struct Node {
+  uint32_t component = 0;
+  int hole_count = 0;
+  std::array<Feature, 2> holes{};
+  Feature black;
+};
+
+/// A white area whose subtree has the topology of a marker of `family`.
+struct Candidate {
+  Family family{Family::kMinN};
+  uint32_t root = 0;
+  int baseline = 0;  ///< index of the node with two holes
+  int first_node = 0;
+  int node_count = 0;
+  Feature white;  ///< of the root itself, without its nodes
+};
+
+/// A white area with at least as many nodes of like size as a marker has, that is no candidate: the
+/// threshold may have opened or closed holes, or cut nodes into pieces.
+struct Doubt {
+  uint32_t root = 0;
+  Feature white;  ///< of the root itself
+};
+
+/// Finds the candidates of a frame. Paper: section 4.2.
+///
+/// In: components. Out: white areas with exactly the nodes of a family below them: one with two
+/// holes, the others with one or none, depth 3, after small error nodes are removed. Candidates
+/// are in the order of their roots, nodes in the order of their components.
+class TopologyTree {
+ public:
+  explicit TopologyTree(TreeParams params);
+
+  void Find(const Components& components, Backend* backend);
+
+  const std::vector<Candidate>& candidates() const { return candidates_; }
+  const std::vector<Doubt>& doubts() const { return doubts_; }
+  const Node* nodes(const Candidate& candidate) const {
+    return nodes_.data() + candidate.first_node;
+  }
+
+ private:
+  /// A component below a possible root: depth 1 nodes, 2 holes, 3 what is inside holes.
+  struct Member {
+    uint32_t component;
+    uint32_t parent_slot;
+    uint32_t next = 0;  ///< slot of the next sibling, 0 = none
+    uint32_t first_child = 0;
+    int depth;
+  };
+
+  void CountDescendants(const Components& components);
+  void CollectMembers(const Components& components);
+  bool BuildNode(uint32_t slot, Node* node) const;
+  void BuildCandidate(uint32_t root_slot);
+  bool HasLikeNodes(const Candidate& candidate) const;
+  bool RemoveErrorNodes(Candidate* candidate);
+  bool FindBaseline(Candidate* candidate) const;
+
+  TreeParams params_;
+  int min_nodes_;
+  int max_nodes_;
+  std::vector<uint32_t> child_count_;
+  std::vector<uint32_t> slot_;  ///< of each component, index into members_; 0 = none
+  std::vector<Member> members_;
+  std::vector<Feature> features_;
+  std::vector<Node> nodes_;
+  std::vector<Candidate> candidates_;
+  std::vector<Doubt> doubts_;
+};
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_HOST_TREE_H_
