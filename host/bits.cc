@@ -9,8 +9,8 @@ namespace {
 // Solid nodes were seen between -0.1 and 0.05, holes of 1.4 px at 0.6, larger ones at 0.9 to 1.1.
 constexpr double kHole = 0.35;
 constexpr double kSolid = 0.15;
-constexpr double kBodyRing = 1.0;   // half side of the square in the middle of the body, units
-constexpr double kGapRing = 2.0;    // the same of the gap
+constexpr Point2 kBodyRing{1, 1};   // half sides of the square in the middle of the body, units
+constexpr Point2 kGapRing{2, 2};    // the same of the gap
 constexpr double kMinContrast = 6;  // grey levels
 
 }  // namespace

@@ -18,11 +18,11 @@ constexpr double kHalfPi = 1.57079632679489661923;
 // Below this radius the fisheye model is the identity to double precision.
 constexpr double kTinyRadius = 1e-8;
 constexpr double kConvergedStep = 1e-8;
-constexpr double kSmallStep = 1e-5;
+constexpr double kSmallStep = 3e-6;
 constexpr double kTolerance = 1e-12;
 constexpr int kRadialIterations = 1;
 constexpr int kMaxEvaluations = 40;
-constexpr int kContinuationSteps = 32;
+constexpr int kContinuationSteps = 16;
 constexpr int kMaxSubdivisions = 10;
 
 double SquaredNorm(Point2 p) { return p.x * p.x + p.y * p.y; }

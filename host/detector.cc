@@ -163,8 +163,7 @@ void Detector::Impl::MeasureVertices(const ImageView& image, std::vector<Detecti
   for (size_t i = 0; i < decoded.size(); ++i) {
     Decoded& one = decoded[i];
     Detection& detection = (*detections)[i];
-    RefineVertices(image, one, &detection.vertices);
-    RefitMap(detection.vertices, &one);
+    RefineVertices(image, &one, &detection.vertices);
     detection.family = one.family;
     detection.id = one.id;
     detection.center = one.map.Pixel({0, 0});

@@ -174,12 +174,20 @@ class TiffDirectory {
   explicit TiffDirectory(const Bytes& bytes) : reader_(bytes, bytes[0] == 'M') {
     at_ = reader_.U32(4);
     count_ = reader_.U16(at_);
+    reader_.U32(at_ + 2 + 12 * uint64_t{count_});  // the next directory's place
+    constexpr int kSizes[] = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8};
+    for (uint32_t i = 0; i < count_; ++i) {
+      const uint64_t entry = Entry(i);
+      const uint32_t type = reader_.U16(entry + 2);
+      const uint64_t size = uint64_t{reader_.U32(entry + 4)} * (type <= 12 ? kSizes[type] : 0);
+      if (size > 4 && reader_.U32(entry + 8) + size > bytes.size()) FailTruncated();
+    }
   }
 
   std::vector<uint32_t> Values(uint32_t tag) const {
     std::vector<uint32_t> values;
     for (uint32_t i = 0; i < count_; ++i) {
-      const uint64_t entry = at_ + 2 + 12 * uint64_t{i};
+      const uint64_t entry = Entry(i);
       if (reader_.U16(entry) != tag) continue;
       constexpr uint32_t kShort = 3, kLong = 4;
       const uint32_t type = reader_.U16(entry + 2);
@@ -194,6 +202,8 @@ class TiffDirectory {
   }
 
  private:
+  uint64_t Entry(uint32_t i) const { return at_ + 2 + 12 * uint64_t{i}; }
+
   ByteReader reader_;
   uint64_t at_;
   uint32_t count_;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "topotag/error.h"
@@ -40,6 +41,27 @@ bool BoxesMeet(const Segment& s, const Segment& t, double slack) {
   return meet(s.a.x, s.b.x, t.a.x, t.b.x) && meet(s.a.y, s.b.y, t.a.y, t.b.y);
 }
 
+// Calls visit(i, j), i != j, once for every pair of edges whose boxes come within `slack`, until
+// it returns false. A sweep along x, so that an outline of thousands of points stays fast.
+template <typename Visit>
+void VisitClosePairs(const Polygon& polygon, double slack, Visit visit) {
+  std::vector<size_t> order(polygon.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  const auto left = [&](size_t i) {
+    const Segment e = Edge(polygon, i);
+    return std::min(e.a.x, e.b.x);
+  };
+  std::sort(order.begin(), order.end(), [&](size_t i, size_t j) { return left(i) < left(j); });
+  for (size_t k = 0; k < order.size(); ++k) {
+    const Segment s = Edge(polygon, order[k]);
+    const double right = std::max(s.a.x, s.b.x) + slack;
+    for (size_t m = k + 1; m < order.size() && left(order[m]) <= right; ++m) {
+      if (!BoxesMeet(s, Edge(polygon, order[m]), slack)) continue;
+      if (!visit(order[k], order[m])) return;
+    }
+  }
+}
+
 // With touching boxes, collinear segments meet as well: all four signs are zero.
 bool Meet(const Segment& s, const Segment& t) {
   if (!BoxesMeet(s, t, 0)) return false;
@@ -65,11 +87,13 @@ class CurveGraph {
     while (curve.size() > 1 && same(curve.front(), curve.back())) curve.pop_back();
     std::vector<std::vector<std::pair<double, int>>> stops(curve.size());
     for (size_t i = 0; i < curve.size(); ++i) {
-      const Segment s = Edge(curve, i);
-      stops[i].push_back({0, Node(s.a)});
-      stops[i].push_back({1, Node(s.b)});
-      for (size_t j = 0; j < i; ++j) AddCrossings(s, Edge(curve, j), &stops[i], &stops[j]);
+      stops[i].push_back({0, Node(Edge(curve, i).a)});
+      stops[i].push_back({1, Node(Edge(curve, i).b)});
     }
+    VisitClosePairs(curve, kSamePoint, [&](size_t i, size_t j) {
+      AddCrossings(Edge(curve, i), Edge(curve, j), &stops[i], &stops[j]);
+      return true;
+    });
     for (auto& along : stops) {
       std::sort(along.begin(), along.end());
       for (size_t k = 1; k < along.size(); ++k) Link(along[k - 1].second, along[k].second);
@@ -123,7 +147,6 @@ class CurveGraph {
 
   void AddCrossings(const Segment& s, const Segment& t, std::vector<std::pair<double, int>>* on_s,
                     std::vector<std::pair<double, int>>* on_t) {
-    if (!BoxesMeet(s, t, kSamePoint)) return;
     const Point2 u = s.b - s.a, v = t.b - t.a;
     // Ends that lie on the other segment: T joints and collinear overlaps.
     const auto touch = [this](Point2 p, const Segment& on,
@@ -216,12 +239,14 @@ bool IsSimple(const Polygon& polygon) {
     const Segment e = Edge(polygon, i), next = Edge(polygon, (i + 1) % count);
     if (e.a == e.b) return false;
     if (Cross(e.b - e.a, next.b - next.a) == 0 && Dot(e.b - e.a, next.b - next.a) < 0) return false;
-    for (size_t j = i + 2; j < count; ++j) {
-      if (i == 0 && j + 1 == count) continue;  // neighbours around the end
-      if (Meet(e, Edge(polygon, j))) return false;
-    }
   }
-  return true;
+  bool simple = true;
+  VisitClosePairs(polygon, 0, [&](size_t i, size_t j) {
+    const bool neighbours = (i + 1) % count == j || (j + 1) % count == i;
+    simple = neighbours || !Meet(Edge(polygon, i), Edge(polygon, j));
+    return simple;
+  });
+  return simple;
 }
 
 bool Contains(const Polygon& polygon, Point2 point) {

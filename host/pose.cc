@@ -117,7 +117,7 @@ double Evaluate(const Problem& problem, const Rigid& pose, Matrix6d* normal, Vec
     Jacobian2 lens;
     const Point2 pixel = Project(problem.camera, normalized, normal != nullptr ? &lens : nullptr);
     const double error[2] = {pixel.x - problem.vertices[i].x, pixel.y - problem.vertices[i].y};
-    const double weight = i < 2 ? kHoleWeight : 1;
+    const double weight = i < 2 ? kBaselineWeight : 1;
     cost += weight * (error[0] * error[0] + error[1] * error[1]);
     if (normal == nullptr) continue;
     for (int k = 0; k < 2; ++k) {

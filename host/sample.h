@@ -37,14 +37,17 @@ struct LocalMap {
   Point2 center;
 };
 
-/// Mean grey level on the outline of the square of half side `half` units around the centre.
-inline double RingLevel(const ImageView& image, const LocalMap& map, double half) {
+/// Mean grey level on the outline of the rectangle with half sides `half`, in units, around the
+/// centre.
+inline double RingLevel(const ImageView& image, const LocalMap& map, Point2 half) {
   constexpr int kPerSide = 6;
   double sum = 0;
   for (int i = 0; i < kPerSide; ++i) {
-    const double along = half * (2.0 * i / kPerSide - 1);
-    sum += Bilinear(image, map.At({along, -half})) + Bilinear(image, map.At({half, along})) +
-           Bilinear(image, map.At({-along, half})) + Bilinear(image, map.At({-half, -along}));
+    const double along = 2.0 * i / kPerSide - 1;
+    const double x = half.x * along;
+    const double y = half.y * along;
+    sum += Bilinear(image, map.At({x, -half.y})) + Bilinear(image, map.At({half.x, y})) +
+           Bilinear(image, map.At({-x, half.y})) + Bilinear(image, map.At({-half.x, -y}));
   }
   return sum / (4 * kPerSide);
 }

@@ -151,11 +151,13 @@ void TagProjector::AppendEdge(Point2 p, Point2 q, Point2 a, Point2 b, int depth,
 
 bool TagProjector::IsStraight(Point2 p, Point2 q, Point2 a, Point2 b) const {
   const double dx = b.x - a.x, dy = b.y - a.y, length = std::hypot(dx, dy);
+  const bool visible = MayShow(a, b);
   for (const double s : {0.25, 0.5, 0.75}) {
     const Point2 c = (*this)({p.x + s * (q.x - p.x), p.y + s * (q.y - p.y)});
     const double offset = std::abs((c.x - a.x) * dy - (c.y - a.y) * dx);
     // Far from the frame a coarser outline does, as long as it keeps out of the frame.
-    const double tolerance = kOutlineTolerance + 0.01 * DistanceToFrame(c);
+    const double slack = visible ? 0 : 0.01 * DistanceToFrame(c);
+    const double tolerance = kOutlineTolerance + slack;
     if (!(offset <= tolerance * length)) return false;
   }
   return true;
