@@ -1,39 +1,67 @@
 #include "host/bits.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 #include "host/sample.h"
 
 namespace topotag {
 namespace {
 
-// Brightness of a node's centre over that of its body, in parts of the gap's over the body's.
-// Solid nodes were seen between -0.1 and 0.05, holes of 1.4 px at 0.6, larger ones at 0.9 to 1.1.
-constexpr double kHole = 0.35;
-constexpr double kSolid = 0.15;
 constexpr Point2 kBodyRing{1, 1};   // half sides of the square in the middle of the body, units
 constexpr Point2 kGapRing{2, 2};    // the same of the gap
-constexpr double kMinContrast = 6;  // grey levels
+constexpr double kMinContrast = 6;  // of the gap to the body, grey levels
+// Holes and solid nodes must differ by this much of the contrast; two nodes of the same kind differ
+// by less than half of it.
+constexpr double kMinSpread = 0.2;
+// The darkest of all nodes with holes, in parts of the baseline node's.
+constexpr double kMinOpen = 0.15;
+// A node this near to the middle between both kinds, in parts of their difference, is neither.
+constexpr double kUndecided = 0.15;
+
+// Brightness of the centre over that of the body around it, in parts of the contrast.
+double Hole(const ImageView& image, const LocalMap& map, double contrast) {
+  return (Bilinear(image, map.center) - RingLevel(image, map, kBodyRing)) / contrast;
+}
+
+// Gap minus body.
+double Contrast(const ImageView& image, const LocalMap& map) {
+  return RingLevel(image, map, kGapRing) - RingLevel(image, map, kBodyRing);
+}
 
 }  // namespace
 
 bool ConfirmBits(const ImageView& image, Decoded* decoded) {
   const int n = decoded->family.n();
-  for (int i = 2; i < n * n; ++i) {
+  const int count = n * n;
+  std::array<double, kMaxVertices> hole;
+  double solid = INFINITY;
+  double mean_contrast = 0;
+  for (int i = 2; i < count; ++i) {
     const LocalMap map(decoded->map, ModelVertex(n, i));
-    const double body = RingLevel(image, map, kBodyRing);
-    const double contrast = RingLevel(image, map, kGapRing) - body;
+    const double contrast = Contrast(image, map);
     if (!(contrast > kMinContrast)) return false;
-    const double center = (Bilinear(image, map.center) - body) / contrast;
-    const uint64_t bit = uint64_t{1} << (n * n - 1 - i);
-    if ((decoded->id & bit) == 0) {
-      if (center >= kHole) {
-        decoded->id |= bit;
-      } else if (center > kSolid) {
-        return false;
-      }
-    } else if (center < kSolid) {
-      return false;
-    }
+    hole[static_cast<size_t>(i)] = Hole(image, map, contrast);
+    solid = std::min(solid, hole[static_cast<size_t>(i)]);
+    mean_contrast += contrast / (count - 2);
   }
+  double open = 0;
+  for (int i = 0; i < 2; ++i) {
+    open += Hole(image, LocalMap(decoded->map, ModelVertex(n, i)), mean_contrast) / 2;
+  }
+  const double spread = open - solid;
+  const bool all_open = decoded->id == decoded->family.size() - 1;
+  if (all_open && solid > kMinOpen * open) return true;  // there is no solid node to compare with
+  if (!(spread > kMinSpread)) return false;
+
+  uint64_t id = 0;
+  for (int i = 2; i < count; ++i) {
+    const double from_middle = (hole[static_cast<size_t>(i)] - solid) / spread - 0.5;
+    if (std::abs(from_middle) < kUndecided) return false;
+    id = id << 1 | static_cast<uint64_t>(from_middle > 0);
+  }
+  decoded->id = id;
   return true;
 }
 

@@ -17,10 +17,10 @@ namespace {
 constexpr double kHalfPi = 1.57079632679489661923;
 // Below this radius the fisheye model is the identity to double precision.
 constexpr double kTinyRadius = 1e-8;
+// See Converged.
 constexpr double kConvergedStep = 1e-8;
 constexpr double kSmallStep = 3e-6;
 constexpr double kTolerance = 1e-12;
-constexpr int kRadialIterations = 1;
 constexpr int kMaxEvaluations = 40;
 constexpr int kContinuationSteps = 16;
 constexpr int kMaxSubdivisions = 10;
@@ -158,13 +158,12 @@ bool BrownSolve(const double* d, Point2 target, Point2 start, Point2* result) {
 // Jacobian's symmetric part is positive definite, and on a convex set that implies one-to-one.
 bool BrownInvertibleTo(const double* d, Point2 p) {
   const double u = SquaredNorm(p), u2 = u * u, u3 = u2 * u;
-  const std::array<double, 4> n{1, d[0] * u, d[1] * u2, d[4] * u3};
-  const std::array<double, 4> m{1, d[5] * u, d[6] * u2, d[7] * u3};
+  const double n1 = d[0] * u, n2 = d[1] * u2, n3 = d[4] * u3;
+  const double m1 = d[5] * u, m2 = d[6] * u2, m3 = d[7] * u3;
   const double prism =
       std::abs(d[8]) + std::abs(d[10]) + 2 * u * (std::abs(d[9]) + std::abs(d[11]));
   const double other = (6 * (std::abs(d[2]) + std::abs(d[3])) + 2 * prism) * std::sqrt(u);
-  // f' D^2 - other D^2, a polynomial in the part of u.
-  const double n1 = n[1], n2 = n[2], n3 = n[3], m1 = m[1], m2 = m[2], m3 = m[3];
+  // (f' - other) D^2 as a polynomial in the fraction of u.
   const std::array<double, 7> slope{
       1 - other,
       3 * n1 - m1 - 2 * other * m1,
@@ -173,24 +172,18 @@ bool BrownInvertibleTo(const double* d, Point2 p) {
       5 * n3 * m1 + n2 * m2 - 3 * n1 * m3 - other * (2 * m1 * m3 + m2 * m2),
       3 * n3 * m2 - n2 * m3 - 2 * other * m2 * m3,
       n3 * m3 - other * m3 * m3};
-  return PositiveOnUnit<3>(m) && PositiveOnUnit<6>(slope);
+  return PositiveOnUnit<3>({1, m1, m2, m3}) && PositiveOnUnit<6>(slope);
 }
 
-// Nearly undoes the radial part: Newton on s N(s^2 v) = D(s^2 v), v = |target|^2, from s = 1.
-// One such step costs less than half of one in the plane.
+// Nearly undoes the radial part: one Newton step on s N(s^2 v) = D(s^2 v), v = |target|^2, from
+// s = 1, at a fraction of the cost of a step in the plane.
 Point2 BrownGuess(const double* d, Point2 target) {
   const double v = SquaredNorm(target), v2 = v * v, v3 = v2 * v;
   const double n1 = d[0] * v, n2 = d[1] * v2, n3 = d[4] * v3;
   const double m1 = d[5] * v, m2 = d[6] * v2, m3 = d[7] * v3;
-  double s = 1;
-  for (int i = 0; i < kRadialIterations; ++i) {
-    const double w = s * s;
-    const double numerator = 1 + w * (n1 + w * (n2 + w * n3));
-    const double denominator = 1 + w * (m1 + w * (m2 + w * m3));
-    const double slope = numerator + 2 * w * (n1 + w * (2 * n2 + 3 * w * n3)) -
-                         2 * s * (m1 + w * (2 * m2 + 3 * w * m3));
-    s -= (s * numerator - denominator) / slope;
-  }
+  const double n = 1 + n1 + n2 + n3, m = 1 + m1 + m2 + m3;
+  const double slope = n + 2 * ((n1 - m1) + 2 * (n2 - m2) + 3 * (n3 - m3));
+  const double s = 1 - (n - m) / slope;
   if (!(s > 0)) return target;
   return {s * target.x, s * target.y};
 }

@@ -24,8 +24,7 @@ double Cross(Point2 a, Point2 b, Point2 c) {
 }
 
 Point2 Centroid(const Feature& f, const SearchArea& area) {
-  return {static_cast<double>(f.sum_x) / f.area + area.x,
-          static_cast<double>(f.sum_y) / f.area + area.y};
+  return area.ToFrame(static_cast<double>(f.sum_x) / f.area, static_cast<double>(f.sum_y) / f.area);
 }
 
 // The points of one candidate in ideal pixels: point 0 and 1 are the baseline node's holes, the
@@ -192,12 +191,12 @@ bool ReadGrid(const Points& points, int n, int p1, const Hull& hull, int hull_si
          Assign(points, n, p1, inverse, reading) && Confirm(points, n, reading);
 }
 
-double AreaInUnits(const Node& node, const TagMap& map, Point2 tag) {
+double AreaInUnits(const Node& node, int scale, const TagMap& map, Point2 tag) {
   double area = node.black.area;
   for (int i = 0; i < node.hole_count; ++i) area += node.holes[static_cast<size_t>(i)].area;
   Jacobian2 j;
   map.Pixel(tag, &j);
-  return area / std::abs(j[0] * j[3] - j[1] * j[2]);
+  return area / (scale * scale * std::abs(j[0] * j[3] - j[1] * j[2]));
 }
 
 // Sizes of all nodes and places of all holes.
@@ -209,7 +208,7 @@ bool CheckNodes(const Points& points, int n, const Reading& reading, const Searc
     const auto k = static_cast<size_t>(i);
     const Node& node = *points.node[static_cast<size_t>(reading.point[k + 2])];
     const Point2 model = ModelVertex(n, i + 2);
-    areas[k] = AreaInUnits(node, map, model);
+    areas[k] = AreaInUnits(node, area.scale, map, model);
     if (node.hole_count == 0) continue;
     Jacobian2 j;
     const Point2 center = map.Pixel(model, &j);
@@ -238,8 +237,10 @@ bool IsClipped(const Candidate& candidate, const TagMap& map, const SearchArea& 
   const Rect& whole = area.whole;
   const int x_end = whole.x + whole.width;
   const int y_end = whole.y + whole.height;
-  if (area.x + white.min_x > whole.x && area.y + white.min_y > whole.y &&
-      area.x + white.max_x + 1 < x_end && area.y + white.max_y + 1 < y_end) {
+  const Point2 first = area.ToFrame(white.min_x, white.min_y);
+  const Point2 last = area.ToFrame(white.max_x, white.max_y);
+  if (first.x >= whole.x + 0.5 && first.y >= whole.y + 0.5 && last.x <= x_end - 1.5 &&
+      last.y <= y_end - 1.5) {
     return false;
   }
   const double half = candidate.family.white_side() / 2.0;

@@ -20,7 +20,13 @@ struct Decoded {
 /// Where a candidate was found, in pixels of the frame.
 struct SearchArea {
   int x, y;    ///< of the first pixel of the image that was labelled
+  int scale;   ///< pixels of that image per pixel of the frame, along each side
   Rect whole;  ///< all that is searched: what lies outside has not been seen
+
+  /// Pixel of the labelled image to pixel of the frame.
+  Point2 ToFrame(double px, double py) const {
+    return {x + (px + 0.5) / scale - 0.5, y + (py + 0.5) / scale - 0.5};
+  }
 };
 
 /// Decodes a candidate: orders its nodes, confirms the grid and reads the ID. Paper: section 4.2,

@@ -14,9 +14,11 @@
 namespace topotag {
 namespace {
 
-// A doubtful white area is looked at again with thresholds nearer to its white (holes that ran
-// into a gap close) and nearer to its black (holes that vanished open).
-constexpr int kSecondLookSixteenths[] = {9, 5};
+// A doubtful white area is looked at again, a small one in twice the resolution, with thresholds
+// as before, nearer to its white (holes that ran into a gap close), and nearer to its black (holes
+// that vanished open).
+constexpr int kSecondLookSixteenths[] = {7, 8, 6};
+constexpr int64_t kMaxUpsampledArea = 160 * 160;  // pixels
 // All second looks of a frame together cover at most this part of it.
 constexpr int64_t kSecondLookShare = 4;
 
@@ -117,7 +119,7 @@ double Detector::Impl::TagSize(Family family, uint64_t id) const {
 void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
   decoded.clear();
   first.Run(backend.get(), Crop(image, whole), threshold_params, &times);
-  DecodeCandidates(image, first, {whole.x, whole.y, whole});
+  DecodeCandidates(image, first, {whole.x, whole.y, 1, whole});
   if (options.preset == Preset::kPaper) return;
   int64_t budget = int64_t{whole.width} * whole.height / kSecondLookShare;
   for (const Doubt& doubt : first.tree.doubts()) {
@@ -133,12 +135,17 @@ void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const 
   const int x1 = std::min(doubt.white.max_x + kTile, whole.width - 1);
   const int y1 = std::min(doubt.white.max_y + kTile, whole.height - 1);
   const Rect part{whole.x + x0, whole.y + y0, x1 - x0 + 1, y1 - y0 + 1};
+  StopWatch watch;
+  const bool small = int64_t{part.width} * part.height <= kMaxUpsampledArea;
+  const ImageView view = small ? Upsample(Crop(image, part), &upsampled) : Crop(image, part);
+  times.threshold += watch.Lap();
   ThresholdParams params = threshold_params;
   const size_t before = decoded.size();
   for (const int sixteenths : kSecondLookSixteenths) {
+    if (!small && sixteenths == threshold_params.contrast_sixteenths) continue;
     params.contrast_sixteenths = sixteenths;
-    second.Run(backend.get(), Crop(image, part), params, &times);
-    DecodeCandidates(image, second, {part.x, part.y, whole});
+    second.Run(backend.get(), view, params, &times);
+    DecodeCandidates(image, second, {part.x, part.y, small ? 2 : 1, whole});
     if (decoded.size() > before) return;
   }
 }

@@ -8,6 +8,7 @@
 #include "host/backend.h"
 #include "host/decode.h"
 #include "host/segmentation.h"
+#include "host/upsample.h"
 #include "topotag/detector.h"
 
 namespace topotag {
@@ -36,6 +37,7 @@ struct Detector::Impl {
 
   Segmentation first;   ///< of the whole area
   Segmentation second;  ///< of one doubtful part of it
+  UpsampleWorkspace upsampled;
   std::vector<Decoded> decoded;
 };
 

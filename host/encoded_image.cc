@@ -159,6 +159,7 @@ void CheckBmp(const Bytes& bytes) {
   }
   CheckSize(width, height);
   constexpr uint32_t kUncompressed = 0, kBitFields = 3;
+  if (compression > kBitFields) Fail("unsupported BMP compression " + std::to_string(compression));
   if (compression != kUncompressed && compression != kBitFields) return;
   if (reader.U32(10) + (width * bits + 31) / 32 * 4 * height > bytes.size()) FailTruncated();
 }

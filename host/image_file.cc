@@ -83,11 +83,15 @@ Image ToLuminance(const cv::Mat& mat, uint64_t max) {
 }
 
 Image Decode(std::vector<uint8_t> bytes) {
-  if (CheckEncodedImage(&bytes) == ImageFormat::kPnm) return DecodePnm(bytes);
+  const ImageFormat format = CheckEncodedImage(&bytes);
+  if (format == ImageFormat::kPnm) return DecodePnm(bytes);
+  // A JPEG file holds the luminance itself. Unchanged too means that no orientation tag is applied.
+  const int flags = format == ImageFormat::kJpeg
+                        ? cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION
+                        : cv::IMREAD_UNCHANGED;
   cv::Mat mat;
   try {
-    // Unchanged also means that the orientation tag is not applied.
-    mat = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+    mat = cv::imdecode(bytes, flags);
   } catch (const cv::Exception& error) {
     Fail("cannot be decoded: " + error.err.substr(0, error.err.find('\n')));
   }

@@ -13,6 +13,9 @@ constexpr uint32_t kMaxNodeAreaRatio = 12;
 constexpr uint64_t kMinCoverPercent = 15;
 constexpr uint64_t kMaxCoverPercent = 300;
 
+// Nodes that may have run together in a doubtful marker.
+constexpr int kMergedNodes = 2;
+
 // A hole smaller than this part of its node's black area is noise: a real one has an eighth.
 constexpr uint32_t kMinHoleFraction = 50;
 constexpr int kNoNode = 3;  // hole_count of a component that cannot be a node
@@ -56,7 +59,7 @@ void TopologyTree::CollectMembers(const Components& components) {
     const uint32_t parent_slot = slot_[components.parent[i]];
     const int children = static_cast<int>(child_count_[i]);
     int depth;
-    if (components.white[i] && children >= min_nodes_ && children <= max_nodes_) {
+    if (components.white[i] && children >= min_nodes_ - kMergedNodes && children <= max_nodes_) {
       depth = 0;
     } else if (parent_slot != 0 && members_[parent_slot].depth < 3) {
       depth = members_[parent_slot].depth + 1;
@@ -142,7 +145,8 @@ bool TopologyTree::HasLikeNodes(const Candidate& candidate) const {
     cover += node->black.area;
     ++count;
   }
-  return count >= min_nodes_ && 100 * cover > kMinCoverPercent * candidate.white.area &&
+  return count >= min_nodes_ - kMergedNodes &&
+         100 * cover > kMinCoverPercent * candidate.white.area &&
          100 * cover < kMaxCoverPercent * candidate.white.area;
 }
 

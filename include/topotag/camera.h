@@ -27,7 +27,7 @@ struct Camera {
 };
 
 /// @throws Error (kInvalidArgument): focal length not positive and finite, other values not
-///         finite, negative size; the message names the field.
+///         finite, negative size, only one of width and height; the message names the field.
 void ValidateCamera(const Camera& camera);
 
 /// Derivatives of a map of the plane: [[dx'/dx, dx'/dy], [dy'/dx, dy'/dy]], row-major.
@@ -36,8 +36,11 @@ using Jacobian2 = std::array<double, 4>;
 /// Pixel of the ray (x/z, y/z). Optionally its Jacobian, pixels per unit of normalised coordinate.
 Point2 Project(const Camera& camera, Point2 normalized, Jacobian2* jacobian = nullptr);
 
-/// Inverse of Project to below 1e-9 of normalised coordinate.
-/// @return false where the pixel lies outside the lens model's invertible region.
+/// Inverse of Project on the branch that starts at the centre, to below 1e-9 of normalised
+/// coordinate (fisheye: of the angle).
+/// @return false, *normalized untouched, where the pixel lies outside the region in which the lens
+///         model is provably one-to-one: beyond the radius at which it folds back, or so close to
+///         it that tangential terms decide; for a pixel that is not finite.
 bool Unproject(const Camera& camera, Point2 pixel, Point2* normalized);
 
 }  // namespace topotag

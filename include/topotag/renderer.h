@@ -24,7 +24,7 @@ struct SceneMarker {
 
 /// A scene with exact ground truth. Later markers cover earlier ones.
 struct Scene {
-  Camera camera;                 ///< width and height are the frame's size
+  Camera camera;  ///< width and height are the frame's size
   std::vector<SceneMarker> markers;
   double background = 90;        ///< grey level where there is no background image
   ImageView background_image{};  ///< optional, scaled to cover the frame; data may be null

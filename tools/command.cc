@@ -1,0 +1,129 @@
+#include "tools/command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+
+#include "topotag/error.h"
+
+namespace topotag::tools {
+
+CLI::Option* AddText(CLI::App* command, const char* group, const char* name, std::string* value,
+                     const char* type, const char* help) {
+  const auto check = [](const std::string& text) {
+    return text.empty() ? std::string("the value is empty") : std::string();
+  };
+  return command->add_option(name, *value, help)->type_name(type)->group(group)->check(check);
+}
+
+double ParseNumber(const std::string& option, const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  const bool whole = !text.empty() && !std::isspace(static_cast<unsigned char>(text[0])) &&
+                     end == text.c_str() + text.size();
+  if (!whole || !std::isfinite(value)) {
+    throw UsageError(option + ": '" + text + "' is not a finite number");
+  }
+  return value;
+}
+
+double ParsePositive(const std::string& option, const std::string& text) {
+  const double value = ParseNumber(option, text);
+  if (!(value > 0)) throw UsageError(option + ": " + text + " is not greater than 0");
+  return value;
+}
+
+double ParseNotNegative(const std::string& option, const std::string& text) {
+  const double value = ParseNumber(option, text);
+  if (!(value >= 0)) throw UsageError(option + ": " + text + " is less than 0");
+  return value;
+}
+
+uint64_t ParseUnsigned(const std::string& option, const std::string& text) {
+  const auto fail = [&]() {
+    throw UsageError(option + ": '" + text + "' is not a whole number of 0 or more");
+  };
+  uint64_t value = 0;
+  if (text.empty()) fail();
+  for (const char c : text) {
+    if (c < '0' || c > '9') fail();
+    const uint64_t digit = static_cast<uint64_t>(c - '0');
+    if (value > (std::numeric_limits<uint64_t>::max() - digit) / 10) {
+      throw UsageError(option + ": " + text + " is too large");
+    }
+    value = value * 10 + digit;
+  }
+  return value;
+}
+
+std::vector<double> ParseNumbers(const std::string& option, const std::string& text, size_t count) {
+  std::vector<double> values;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    values.push_back(ParseNumber(option, text.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  if (values.size() != count) {
+    throw UsageError(option + ": '" + text + "' has " + std::to_string(values.size()) +
+                     " numbers instead of " + std::to_string(count));
+  }
+  return values;
+}
+
+void CheckChoice(const std::string& option, const std::string& value,
+                 std::initializer_list<const char*> choices) {
+  std::string names;
+  for (const char* choice : choices) {
+    if (value == choice) return;
+    names += (names.empty() ? "" : ", ") + std::string(choice);
+  }
+  throw UsageError(option + ": '" + value + "' is not one of " + names);
+}
+
+void SetOuterShape(const std::string& name_or_file, MarkerDesign* design) {
+  for (const OuterShape shape :
+       {OuterShape::kSquare, OuterShape::kCircle, OuterShape::kButterfly}) {
+    if (name_or_file == Name(shape)) {
+      design->outer = shape;
+      return;
+    }
+  }
+  std::error_code ignored;
+  if (!std::filesystem::exists(name_or_file, ignored)) {
+    throw Error(ErrorCode::kInvalidArgument,
+                "'" + name_or_file + "' is not one of square, circle, butterfly, and no file");
+  }
+  design->polygon = ReadPolygon(name_or_file);
+  design->outer = OuterShape::kPolygon;
+}
+
+void CheckId(Family family, uint64_t id) {
+  if (id >= family.size()) {
+    throw Error(ErrorCode::kInvalidArgument,
+                "ID " + std::to_string(id) + " is outside the range 0 .. " +
+                    std::to_string(family.size() - 1) + " of " + family.name());
+  }
+}
+
+void Complain(const std::string& message) {
+  std::string line = "topotag: " + message;
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+std::string Named(const std::string& subject, const std::string& message) {
+  if (message.compare(0, subject.size() + 2, subject + ": ") == 0) return message;
+  // "cannot read 'a.png': reason" becomes "a.png: cannot read: reason".
+  const std::string quoted = " '" + subject + "'";
+  const size_t at = message.find(quoted);
+  if (at == std::string::npos) return subject + ": " + message;
+  return subject + ": " + message.substr(0, at) + message.substr(at + quoted.size());
+}
+
+}  // namespace topotag::tools

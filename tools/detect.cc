@@ -1,0 +1,293 @@
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <climits>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "tools/command.h"
+#include "tools/draw.h"
+#include "tools/frame_source.h"
+#include "tools/output.h"
+#include "tools/progress.h"
+#include "tools/report.h"
+#include "tools/stage_pictures.h"
+#include "topotag/camera_file.h"
+#include "topotag/detector.h"
+
+namespace topotag::tools {
+namespace {
+
+/// The command line as it was typed.
+struct Arguments {
+  std::vector<std::string> inputs;
+  std::string family = "3x3,4x4,5x5";
+  std::string camera;
+  std::string tag_size;
+  std::string roi;
+  std::string backend = "auto";
+  std::string threads = "1";
+  std::string device;
+  std::string preset = "default";
+  std::string pose = "vertices";
+  std::string format = "text";
+  std::string output;
+  std::string draw;
+  std::string stages;
+};
+
+volatile sig_atomic_t g_interrupted = 0;
+
+void Interrupt(int) { g_interrupted = 1; }
+
+/// The frame in work is finished; a second signal ends the process at once.
+void CatchInterrupts() {
+  struct sigaction action {};
+  action.sa_handler = Interrupt;
+  action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+Rect ParseRoi(const std::string& text) {
+  const std::vector<double> values = ParseNumbers("--roi", text, 4);
+  for (const double value : values) {
+    if (value < 0 || value > kMaxImageSide || value != static_cast<int>(value)) {
+      throw UsageError("--roi: '" + text + "' is not X,Y,WIDTH,HEIGHT in whole pixels");
+    }
+  }
+  if (values[2] < 1 || values[3] < 1) throw UsageError("--roi: '" + text + "' is empty");
+  return {static_cast<int>(values[0]), static_cast<int>(values[1]), static_cast<int>(values[2]),
+          static_cast<int>(values[3])};
+}
+
+int ParseThreads(const std::string& text) {
+  const uint64_t threads = ParseUnsigned("--threads", text);
+  if (threads < 1 || threads > INT_MAX) {
+    throw UsageError("--threads: " + text + " is not a number of threads, 1 or more");
+  }
+  return static_cast<int>(threads);
+}
+
+void CheckPoseMode(const std::string& mode) {
+  CheckChoice("--pose", mode, {"vertices", "photometric"});
+  if (mode == "photometric") {
+    throw UsageError("--pose: photometric pose is not available in this version");
+  }
+}
+
+Options ParseOptions(const Arguments& arguments) {
+  Options options;
+  options.families = ForOption("--family", [&] { return Family::ParseList(arguments.family); });
+  options.preset = ForOption("--preset", [&] { return ParsePreset(arguments.preset); });
+  options.backend = ForOption("--backend", [&] { return ParseBackend(arguments.backend); });
+  options.threads = ParseThreads(arguments.threads);
+  CheckPoseMode(arguments.pose);
+  if (!arguments.device.empty()) {
+    ParseUnsigned("--device", arguments.device);
+    if (options.backend != BackendKind::kOpenCl) {
+      throw UsageError("--device: applies to --backend opencl only");
+    }
+  }
+  if (!arguments.camera.empty()) {
+    options.camera = ForOption("--camera", [&] {
+      const QuietStderr quiet;
+      return ReadCamera(arguments.camera);
+    });
+  }
+  if (!arguments.tag_size.empty()) {
+    options.tag_size = ParsePositive("--tag-size", arguments.tag_size);
+  }
+  if (!arguments.roi.empty()) options.roi = ParseRoi(arguments.roi);
+  return options;
+}
+
+Format ParseFormat(const std::string& name) {
+  CheckChoice("--format", name, {"text", "json", "csv"});
+  return name == "text" ? Format::kText : name == "json" ? Format::kJson : Format::kCsv;
+}
+
+/// A backend that this build or machine lacks is wrong usage, whoever asked for it.
+Detector MakeDetector(const Arguments& arguments, const Options& options) {
+  try {
+    return Detector(options);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kUnavailable) {
+      const char* wanted = std::getenv("TOPOTAG_BACKEND");
+      const bool by_environment = options.backend == BackendKind::kAuto && wanted != nullptr;
+      throw UsageError(Named(by_environment ? std::string("TOPOTAG_BACKEND=") + wanted
+                                            : "--backend " + arguments.backend,
+                             error.what()));
+    }
+    if (error.code() == ErrorCode::kInvalidArgument) throw UsageError(error.what());
+    throw;
+  }
+}
+
+/// One run over all inputs.
+class Run {
+ public:
+  Run(const Arguments& arguments, const Options& options, Format format)
+      : arguments_(arguments),
+        options_(options),
+        format_(format),
+        detector_(MakeDetector(arguments, options)),
+        source_(arguments.inputs),
+        output_(arguments.output) {
+    const std::vector<std::string> files = source_.Files();
+    ProtectInputs(files);
+    if (!arguments.draw.empty()) draw_.emplace(arguments.draw, files);
+    if (!arguments.stages.empty()) stages_.emplace(arguments.stages, files);
+  }
+
+  int Execute();
+
+ private:
+  /// @return false at the end.
+  bool DetectNext();
+  void ProtectInputs(const std::vector<std::string>& files) const;
+  void CheckSize(const Frame& frame) const;
+  void WritePictures();
+
+  const Arguments& arguments_;
+  const Options& options_;
+  const Format format_;
+  Detector detector_;
+  FrameSource source_;
+  OutputStream output_;
+  std::optional<PictureFolder> draw_;
+  std::optional<PictureFolder> stages_;
+  Frame frame_;
+  FrameResult result_;
+};
+
+void Run::ProtectInputs(const std::vector<std::string>& files) const {
+  for (const std::string& file : files) {
+    std::error_code ignored;
+    if (!output_.is_stdout() && std::filesystem::equivalent(arguments_.output, file, ignored)) {
+      throw UsageError("--output: " + arguments_.output + " is an input");
+    }
+  }
+}
+
+void Run::CheckSize(const Frame& frame) const {
+  if (!options_.camera || options_.camera->width == 0) return;
+  const Camera& camera = *options_.camera;
+  if (frame.pixels.width == camera.width && frame.pixels.height == camera.height) return;
+  throw Error(ErrorCode::kInvalidArgument,
+              "the image is " + std::to_string(frame.pixels.width) + "x" +
+                  std::to_string(frame.pixels.height) + ", the camera file " + arguments_.camera +
+                  " is for " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
+}
+
+bool Run::DetectNext() {
+  if (!source_.Next(&frame_)) return false;
+  try {
+    CheckSize(frame_);
+    detector_.detect(frame_.pixels, &result_.detections);
+  } catch (const std::exception& error) {
+    const std::string frame =
+        frame_.is_sequence ? "frame " + std::to_string(frame_.index) + ": " : std::string();
+    throw Error(ErrorCode::kFile, Named(frame_.image, frame + error.what()));
+  }
+  result_.image = frame_.image;
+  result_.frame = frame_.index;
+  result_.is_sequence = frame_.is_sequence;
+  result_.width = frame_.pixels.width;
+  result_.height = frame_.pixels.height;
+  result_.backend = detector_.backend();
+  result_.times = detector_.times();
+  return true;
+}
+
+void Run::WritePictures() {
+  if (!draw_ && !stages_) return;
+  const cv::Mat picture =
+      DrawDetections(frame_.pixels, result_.detections, options_.camera, options_.tag_size);
+  if (draw_) draw_->Write(frame_.stem, {{"", picture}});
+  if (stages_) stages_->Write(frame_.stem, StagePictures(detector_, frame_.pixels, picture));
+}
+
+int Run::Execute() {
+  const bool show_progress = isatty(STDERR_FILENO) != 0;
+  Progress progress(show_progress, show_progress ? source_.CountFrames() : 1);
+  const bool shared_terminal = output_.is_stdout() && isatty(STDOUT_FILENO) != 0;
+  int status = kSuccess;
+  output_.Write(FormatHeader(format_));
+  CatchInterrupts();
+  while (!g_interrupted) {
+    try {
+      if (!DetectNext()) break;
+    } catch (const std::exception& error) {
+      progress.Clear();
+      Complain(error.what());
+      progress.Step();
+      status = kFailure;
+      continue;
+    }
+    WritePictures();
+    if (shared_terminal) progress.Clear();
+    output_.Write(FormatFrame(format_, result_));
+    progress.Step();
+  }
+  if (g_interrupted && !source_.at_camera()) {
+    progress.Clear();
+    Complain(frame_.image.empty() ? "interrupted" : "interrupted after " + frame_.image);
+    return kFailure;
+  }
+  output_.Finish();
+  return status;
+}
+
+int RunDetect(const Arguments& arguments) {
+  const Options options = ParseOptions(arguments);
+  const Format format = ParseFormat(arguments.format);
+  return Run(arguments, options, format).Execute();
+}
+
+}  // namespace
+
+Command AddDetect(CLI::App* app) {
+  CLI::App* command = app->add_subcommand("detect", "Find markers in images, videos or a camera");
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  command->add_option("INPUT", a.inputs, "Images, folders of images, videos or camera:INDEX")
+      ->required()
+      ->type_name("");
+  AddText(command, "What to find", "--family", &a.family, "LIST",
+          "Families, 3x3 .. 8x8, separated by commas (default: 3x3,4x4,5x5)");
+  AddText(command, "What to find", "--roi", &a.roi, "X,Y,W,H",
+          "Search this part of each frame only; results stay in full-frame pixels");
+  AddText(command, "What to find", "--preset", &a.preset, "NAME",
+          "default (what detects best) or paper (the paper's parameters)");
+  AddText(command, "Pose", "--camera", &a.camera, "FILE",
+          "Calibration: OpenCV YAML or JSON, or ROS camera_info; without it there is no pose");
+  AddText(command, "Pose", "--tag-size", &a.tag_size, "METRES",
+          "Side of the white area; without it there is no pose");
+  AddText(command, "Pose", "--pose", &a.pose, "MODE", "vertices (default) or photometric");
+  AddText(command, "Output", "--format", &a.format, "NAME",
+          "text (default), json (a line a frame) or csv");
+  AddText(
+      command, "Output", "--output", &a.output, "FILE",
+      "Write the results to FILE, which appears when it is complete (default: standard output)");
+  AddText(command, "Output", "--draw", &a.draw, "DIR", "Write an annotated picture of each frame");
+  AddText(command, "Output", "--stages", &a.stages, "DIR",
+          "Write a picture of each stage of each frame");
+  AddText(command, "Computation", "--backend", &a.backend, "NAME",
+          "auto (default), scalar, simd or opencl; topotag info lists what is available");
+  AddText(command, "Computation", "--threads", &a.threads, "N", "Threads (default: 1)");
+  AddText(command, "Computation", "--device", &a.device, "INDEX",
+          "OpenCL device (with --backend opencl)");
+  command->footer(
+      "Examples:\n"
+      "  topotag detect photo.jpg\n"
+      "  topotag detect --camera cam.yaml --tag-size 0.05 --format json photos/\n"
+      "  topotag detect --draw out video.mp4\n"
+      "Exit status: 0 all inputs processed, 1 some could not be read, 2 wrong usage.");
+  return [arguments] { return RunDetect(*arguments); };
+}
+
+}  // namespace topotag::tools

@@ -1,0 +1,26 @@
+#ifndef TOPOTAG_TOOLS_DRAW_H_
+#define TOPOTAG_TOOLS_DRAW_H_
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "topotag/camera.h"
+#include "topotag/detection.h"
+#include "topotag/image.h"
+
+namespace topotag::tools {
+
+/// The frame in colour (BGR) with each marker's outline, first corner, family and ID, vertices
+/// and, where it has a pose, its axes (x red, y green, z blue). Lines and text grow with the
+/// frame and the marker.
+/// @param tag_size  metres; the length of the axes follows it.
+cv::Mat DrawDetections(const ImageView& image, const std::vector<Detection>& detections,
+                       const std::optional<Camera>& camera, double tag_size);
+
+/// Lines and text are made for pictures that are looked at about 1280 pixels wide.
+double PictureScale(int width, int height);
+
+}  // namespace topotag::tools
+
+#endif  // TOPOTAG_TOOLS_DRAW_H_

@@ -1,0 +1,197 @@
+#include "tools/frame_source.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "tools/command.h"
+#include "topotag/error.h"
+#include "topotag/image_file.h"
+
+namespace topotag::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kCameraPrefix[] = "camera:";
+
+bool IsVideo(const std::string& path) {
+  static const std::set<std::string> kVideo{
+      ".3gp", ".asf", ".avi",  ".flv", ".gif", ".h264", ".m2ts", ".m4v", ".mjpeg", ".mjpg", ".mkv",
+      ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".ogv",  ".ts",   ".vob", ".webm",  ".wmv",  ".y4m"};
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return kVideo.count(extension) != 0;
+}
+
+/// Frames by the header; 0 = not stated.
+int64_t StatedFrames(const cv::VideoCapture& video) {
+  const double count = video.get(cv::CAP_PROP_FRAME_COUNT);
+  return count >= 1 && count < 1e12 ? static_cast<int64_t>(count) : 0;
+}
+
+bool Open(cv::VideoCapture* video, const std::string& path) {
+  // A path with a % is taken for a pattern of image files by one of OpenCV's readers.
+  return video->open(path, cv::CAP_FFMPEG) || video->open(path, cv::CAP_OPENCV_MJPEG) ||
+         video->open(path, cv::CAP_GSTREAMER);
+}
+
+void ToGray(const cv::Mat& decoded, cv::Mat* gray) {
+  cv::Mat bytes = decoded;
+  if (decoded.depth() == CV_16U) decoded.convertTo(bytes, CV_8U, 1.0 / 257);
+  switch (bytes.channels()) {
+    case 1:
+      *gray = bytes;
+      break;
+    case 4:
+      cv::cvtColor(bytes, *gray, cv::COLOR_BGRA2GRAY);
+      break;
+    default:
+      cv::cvtColor(bytes, *gray, cv::COLOR_BGR2GRAY);
+  }
+}
+
+}  // namespace
+
+FrameSource::FrameSource(const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) {
+    if (input.compare(0, sizeof kCameraPrefix - 1, kCameraPrefix) == 0) {
+      const uint64_t index = ParseUnsigned(input, input.substr(sizeof kCameraPrefix - 1));
+      if (index > 1000) throw UsageError(input + ": a camera's index is at most 1000");
+      inputs_.push_back({Kind::kCamera, input, "", static_cast<int>(index)});
+    } else {
+      Add(input);
+    }
+  }
+}
+
+void FrameSource::Add(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) {
+    const std::string reason = error ? error.message() : "no such file or folder";
+    inputs_.push_back({Kind::kUnreadable, path, reason});
+  } else if (!fs::is_directory(status)) {
+    inputs_.push_back({IsVideo(path) ? Kind::kVideo : Kind::kImage, path, ""});
+  } else {
+    try {
+      for (const std::string& image : ListImages(path)) {
+        inputs_.push_back({Kind::kImage, image, ""});
+      }
+    } catch (const std::exception& listing) {
+      inputs_.push_back({Kind::kUnreadable, path, listing.what()});
+    }
+  }
+}
+
+bool FrameSource::Next(Frame* frame) {
+  while (next_ < inputs_.size()) {
+    const Input& input = inputs_[next_];
+    switch (input.kind) {
+      case Kind::kUnreadable:
+        ++next_;
+        throw Error(ErrorCode::kFile, Named(input.path, input.reason));
+      case Kind::kImage: {
+        ++next_;
+        Read(input.path);
+        *frame = {input.path, 0, false, fs::path(input.path).stem().string(), image_.view()};
+        return true;
+      }
+      default:
+        if (NextOfVideo(input, frame)) return true;
+        ++next_;
+    }
+  }
+  return false;
+}
+
+void FrameSource::Read(const std::string& path) {
+  const QuietStderr quiet;
+  image_ = ForFile(path, [&] { return ReadImage(path); });
+}
+
+bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
+  const bool is_camera = input.kind == Kind::kCamera;
+  const auto fail = [&](const std::string& reason) {
+    video_.release();
+    ++next_;
+    throw Error(ErrorCode::kFile, input.path + ": " + reason);
+  };
+  const QuietStderr quiet;
+  if (!video_.isOpened()) {
+    const bool opened = is_camera ? video_.open(input.camera) : Open(&video_, input.path);
+    if (!opened) fail(is_camera ? "camera cannot be opened" : "is not a readable video");
+    video_frame_ = 0;
+  }
+  if (!video_.read(decoded_) || decoded_.empty()) {
+    if (video_frame_ == 0) fail("no frame can be read");
+    const int64_t stated = is_camera ? 0 : StatedFrames(video_);
+    // Some containers only estimate their length; a tenth missing is no rounding.
+    if (video_frame_ + 1 < stated && 10 * video_frame_ < 9 * stated) {
+      fail("ends after " + std::to_string(video_frame_) + " of " + std::to_string(stated) +
+           " frames");
+    }
+    video_.release();
+    return false;
+  }
+  ToGray(decoded_, &gray_);
+  const std::string stem =
+      is_camera ? "camera" + std::to_string(input.camera) : fs::path(input.path).stem().string();
+  char number[32];
+  std::snprintf(number, sizeof number, "_%06lld", static_cast<long long>(video_frame_));
+  *frame = {input.path, video_frame_++, true, stem + number,
+            ImageView{gray_.data, gray_.cols, gray_.rows, static_cast<ptrdiff_t>(gray_.step)}};
+  return true;
+}
+
+int64_t FrameSource::CountFrames() const {
+  const QuietStderr quiet;
+  int64_t total = 0;
+  for (const Input& input : inputs_) {
+    if (input.kind == Kind::kCamera) return 0;
+    if (input.kind == Kind::kImage) ++total;
+    if (input.kind == Kind::kVideo) {
+      cv::VideoCapture video;
+      if (Open(&video, input.path)) total += StatedFrames(video);
+    }
+  }
+  return total;
+}
+
+std::vector<std::string> FrameSource::Files() const {
+  std::vector<std::string> files;
+  for (const Input& input : inputs_) {
+    if (input.kind == Kind::kImage || input.kind == Kind::kVideo) files.push_back(input.path);
+  }
+  return files;
+}
+
+bool FrameSource::at_camera() const {
+  return next_ < inputs_.size() && inputs_[next_].kind == Kind::kCamera;
+}
+
+QuietStderr::QuietStderr() {
+  std::fflush(stderr);
+  const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (null < 0) return;
+  saved_ = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
+  if (saved_ >= 0) dup2(null, STDERR_FILENO);
+  close(null);
+}
+
+QuietStderr::~QuietStderr() {
+  if (saved_ < 0) return;
+  std::fflush(stderr);
+  dup2(saved_, STDERR_FILENO);
+  close(saved_);
+}
+
+}  // namespace topotag::tools

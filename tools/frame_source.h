@@ -1,0 +1,77 @@
+#ifndef TOPOTAG_TOOLS_FRAME_SOURCE_H_
+#define TOPOTAG_TOOLS_FRAME_SOURCE_H_
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <vector>
+
+#include "topotag/image.h"
+
+namespace topotag::tools {
+
+/// One frame of an input.
+struct Frame {
+  std::string image;         ///< path of the image or video, or "camera:N"
+  int64_t index = 0;         ///< within a video or camera; 0 for an image
+  bool is_sequence = false;  ///< of a video or camera
+  std::string stem;          ///< for the names of pictures; a video's ends with the frame's number
+  ImageView pixels;          ///< valid until the next frame is read
+};
+
+/// The frames of images, folders of images, video files and cameras, in order.
+class FrameSource {
+ public:
+  /// @throws UsageError on a malformed "camera:N". Everything else shows up in Next.
+  explicit FrameSource(const std::vector<std::string>& inputs);
+
+  /// Reads the next frame. After an Error the next call goes on with the next input.
+  /// @return false at the end of all inputs.
+  /// @throws Error (kFile) that names the input and the reason.
+  bool Next(Frame* frame);
+
+  /// Frames of all inputs by the headers of the videos; 0 where a camera makes it endless.
+  int64_t CountFrames() const;
+  /// All inputs that are files.
+  std::vector<std::string> Files() const;
+  /// Whether the current input is a camera: it has no end of its own.
+  bool at_camera() const;
+
+ private:
+  enum class Kind { kImage, kVideo, kCamera, kUnreadable };
+  struct Input {
+    Kind kind;
+    std::string path;
+    std::string reason;  ///< kUnreadable
+    int camera = 0;      ///< kCamera
+  };
+
+  void Add(const std::string& path);
+  void Read(const std::string& path);
+  bool NextOfVideo(const Input& input, Frame* frame);
+
+  std::vector<Input> inputs_;
+  size_t next_ = 0;  ///< index of the input that is read next
+  cv::VideoCapture video_;
+  int64_t video_frame_ = 0;
+  Image image_;
+  cv::Mat decoded_;
+  cv::Mat gray_;
+};
+
+/// Discards what image and video libraries print on stderr while it lives.
+class QuietStderr {
+ public:
+  QuietStderr();
+  ~QuietStderr();
+  QuietStderr(const QuietStderr&) = delete;
+  QuietStderr& operator=(const QuietStderr&) = delete;
+
+ private:
+  int saved_ = -1;
+};
+
+}  // namespace topotag::tools
+
+#endif  // TOPOTAG_TOOLS_FRAME_SOURCE_H_

@@ -1,0 +1,208 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <memory>
+
+#include "tools/command.h"
+#include "tools/output.h"
+#include "topotag/error.h"
+#include "topotag/generator.h"
+
+namespace topotag::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The command line as it was typed.
+struct Arguments {
+  std::string family;
+  std::string id;
+  std::string ids;
+  std::string inner = "square";
+  std::string outer = "square";
+  std::string frame = "1";
+  std::string margin = "0";
+  std::string size_mm = "50";
+  std::string dpi = "300";
+  std::string page;
+  std::string format;
+  std::string output;
+};
+
+/// More markers than this in one call are a slip of the keyboard.
+constexpr uint64_t kMaxMarkers = 1000000;
+
+uint64_t ParseId(const std::string& option, const std::string& text, Family family) {
+  const uint64_t id = ParseUnsigned(option, text);
+  ForOption(option, [&] {
+    CheckId(family, id);
+    return 0;
+  });
+  return id;
+}
+
+/// "1,5,7-9"
+std::vector<uint64_t> ParseIds(const std::string& text, Family family) {
+  std::vector<uint64_t> ids;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const std::string part = text.substr(begin, end - begin);
+    const size_t dash = part.find('-');
+    const uint64_t first = ParseId("--ids", part.substr(0, dash), family);
+    const uint64_t last =
+        dash == std::string::npos ? first : ParseId("--ids", part.substr(dash + 1), family);
+    if (last < first) throw UsageError("--ids: the range " + part + " is empty");
+    if (last - first >= kMaxMarkers - ids.size()) {
+      throw UsageError("--ids: " + text + " are more than " + std::to_string(kMaxMarkers) +
+                       " markers");
+    }
+    for (uint64_t id = first; id <= last; ++id) ids.push_back(id);
+    begin = end + 1;
+  }
+  return ids;
+}
+
+MarkerDesign ParseDesign(const Arguments& arguments) {
+  MarkerDesign design;
+  design.family = ForOption("--family", [&] { return Family::Parse(arguments.family); });
+  design.inner = ForOption("--inner", [&] { return ParseInnerShape(arguments.inner); });
+  ForOption("--outer", [&] {
+    SetOuterShape(arguments.outer, &design);
+    return 0;
+  });
+  design.frame = ParseNotNegative("--frame", arguments.frame);
+  design.margin = ParseNotNegative("--margin", arguments.margin);
+  return design;
+}
+
+std::string Extension(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+bool IsFolder(const std::string& output) {
+  std::error_code ignored;
+  return output.back() == '/' || fs::is_directory(output, ignored);
+}
+
+SheetOptions ParsePage(const std::string& page) {
+  SheetOptions sheet;
+  if (page.empty() || page == "a4") return sheet;
+  CheckChoice("--page", page, {"a4", "letter"});
+  sheet.page_width_mm = 215.9;
+  sheet.page_height_mm = 279.4;
+  return sheet;
+}
+
+/// FAMILY_ID with as many digits as the family's last ID.
+std::string FileName(const MarkerDesign& design, const std::string& format) {
+  const size_t digits = std::to_string(design.family.size() - 1).size();
+  const std::string id = std::to_string(design.id);
+  return design.family.name() + "_" + std::string(digits - id.size(), '0') + id + "." + format;
+}
+
+void WriteFolder(const Arguments& arguments, MarkerDesign design, const PrintOptions& print,
+                 const std::vector<uint64_t>& ids) {
+  const std::string format = arguments.format.empty() ? "png" : arguments.format;
+  MakeFolder(arguments.output);
+  for (const uint64_t id : ids) {
+    design.id = id;
+    WriteMarker(design, print, (fs::path(arguments.output) / FileName(design, format)).string());
+  }
+}
+
+void CheckOutputFile(const Arguments& arguments) {
+  const std::string extension = Extension(arguments.output);
+  if (extension != ".png" && extension != ".svg" && extension != ".pdf") {
+    throw UsageError("-o: '" + arguments.output +
+                     "' does not end in .png, .svg or .pdf and is not a folder");
+  }
+  if (!arguments.format.empty() && "." + arguments.format != extension) {
+    throw UsageError("--format: " + arguments.format + " contradicts the file's name " +
+                     arguments.output);
+  }
+}
+
+void Generate(const Arguments& arguments) {
+  MarkerDesign design = ParseDesign(arguments);
+  PrintOptions print;
+  print.size_mm = ParsePositive("--size-mm", arguments.size_mm);
+  print.dpi = ParsePositive("--dpi", arguments.dpi);
+  if (arguments.id.empty() == arguments.ids.empty()) {
+    throw UsageError("--id: give either --id or --ids");
+  }
+  const bool is_single = arguments.ids.empty();
+  const std::vector<uint64_t> ids =
+      is_single ? std::vector<uint64_t>{ParseId("--id", arguments.id, design.family)}
+                : ParseIds(arguments.ids, design.family);
+  const SheetOptions sheet = ParsePage(arguments.page);
+  if (!arguments.format.empty()) CheckChoice("--format", arguments.format, {"png", "svg", "pdf"});
+  const bool is_folder = IsFolder(arguments.output);
+  if (!arguments.page.empty() && (is_single || is_folder)) {
+    throw UsageError("--page: applies to a sheet: --ids with a file");
+  }
+  if (is_folder) {
+    WriteFolder(arguments, design, print, ids);
+    return;
+  }
+  CheckOutputFile(arguments);
+  if (is_single) {
+    design.id = ids[0];
+    WriteMarker(design, print, arguments.output);
+    return;
+  }
+  std::vector<MarkerDesign> designs(ids.size(), design);
+  for (size_t i = 0; i < ids.size(); ++i) designs[i].id = ids[i];
+  WriteSheet(designs, print, sheet, arguments.output);
+}
+
+int RunGenerate(const Arguments& arguments) {
+  try {
+    ForFile(arguments.output, [&] { Generate(arguments); });
+    return kSuccess;
+  } catch (const Error& error) {
+    // What cannot be drawn or does not fit the page was asked for in the options.
+    if (error.code() == ErrorCode::kInvalidArgument) throw UsageError(error.what());
+    throw;
+  }
+}
+
+}  // namespace
+
+Command AddGenerate(CLI::App* app) {
+  CLI::App* command = app->add_subcommand("generate", "Write markers to print: PNG, SVG or PDF");
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  AddText(command, "Marker", "--family", &a.family, "NAME", "Family, 3x3 .. 8x8")->required();
+  AddText(command, "Marker", "--id", &a.id, "N", "ID of one marker");
+  AddText(command, "Marker", "--ids", &a.ids, "LIST", "IDs of many markers: 0-99 or 1,5,7-9");
+  AddText(command, "Marker", "--inner", &a.inner, "SHAPE",
+          "Nodes: square (default), circle or hexagon");
+  AddText(command, "Marker", "--outer", &a.outer, "SHAPE",
+          "White area: square (default), circle, butterfly or a file with a polygon, "
+          "one \"x y\" in units a line");
+  AddText(command, "Marker", "--frame", &a.frame, "UNITS", "Width of the black frame (default: 1)");
+  AddText(command, "Marker", "--margin", &a.margin, "UNITS",
+          "Width of the paper around it (default: 0)");
+  AddText(command, "Print", "--size-mm", &a.size_mm, "MM",
+          "Side of the white area, 4n+1 units (default: 50)");
+  AddText(command, "Print", "--dpi", &a.dpi, "DPI", "Resolution of a PNG (default: 300)");
+  AddText(command, "Print", "--page", &a.page, "NAME", "Page of a sheet: a4 (default) or letter");
+  AddText(command, "Output", "-o,--output", &a.output, "FILE",
+          "FILE.png, FILE.svg or FILE.pdf: one marker, or a sheet of --ids; "
+          "a folder (or DIR/): a file a marker, FAMILY_ID.png")
+      ->required();
+  AddText(command, "Output", "--format", &a.format, "NAME",
+          "Files in a folder: png (default), svg or pdf");
+  command->footer(
+      "Examples:\n"
+      "  topotag generate --family 4x4 --id 278 -o marker.pdf\n"
+      "  topotag generate --family 3x3 --ids 0-19 --size-mm 40 -o sheet.pdf\n"
+      "  topotag generate --family 5x5 --ids 0-99 --inner circle --format svg -o markers/");
+  return [arguments] { return RunGenerate(*arguments); };
+}
+
+}  // namespace topotag::tools

@@ -1,0 +1,49 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <opencv2/core/version.hpp>
+
+#include "tools/command.h"
+#include "topotag/detector.h"
+
+namespace topotag::tools {
+namespace {
+
+#if defined(__clang__)
+constexpr char kCompiler[] = "Clang " __clang_version__;
+#elif defined(__GNUC__)
+constexpr char kCompiler[] = "GCC " __VERSION__;
+#else
+constexpr char kCompiler[] = "unknown";
+#endif
+
+/// What a detector with this backend says of itself, or why there is none.
+std::string Describe(BackendKind backend) {
+  Options options;
+  options.backend = backend;
+  try {
+    return "available: " + Detector(options).backend();
+  } catch (const std::exception& error) {
+    return std::string("not available: ") + error.what();
+  }
+}
+
+int RunInfo() {
+  std::printf("topotag   %s\n", Version());
+  std::printf("compiler  %s\n", kCompiler);
+  std::printf("OpenCV    %s (files, video, drawing)\n", CV_VERSION);
+  std::printf("backends\n");
+  for (const BackendKind backend :
+       {BackendKind::kAuto, BackendKind::kScalar, BackendKind::kSimd, BackendKind::kOpenCl}) {
+    std::printf("  %-7s %s\n", Name(backend), Describe(backend).c_str());
+  }
+  return kSuccess;
+}
+
+}  // namespace
+
+Command AddInfo(CLI::App* app) {
+  app->add_subcommand("info", "Print the version and what this build and machine can use");
+  return RunInfo;
+}
+
+}  // namespace topotag::tools

@@ -1,0 +1,81 @@
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <opencv2/core/utils/logger.hpp>
+
+#include "tools/command.h"
+#include "tools/output.h"
+#include "topotag/detector.h"
+#include "topotag/error.h"
+
+namespace topotag::tools {
+namespace {
+
+/// What goes wrong is told in the tool's own words, one line each.
+void SilenceLibraries() {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+  setenv("GST_DEBUG", "0", 0);
+  // A reader that has gone is an error of the write, where temporary files are still removed.
+  signal(SIGPIPE, SIG_IGN);
+}
+
+/// Standard output may be a full disk or a reader that has gone.
+int FlushStdout(int status) {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  if (errno == EPIPE || errno == 0) return status;
+  Complain(std::string("standard output: cannot be written: ") + std::strerror(errno));
+  return kFailure;
+}
+
+int RunCommand(const Command& command) {
+  try {
+    return FlushStdout(command());
+  } catch (const BrokenPipe&) {
+    return kSuccess;
+  } catch (const UsageError& error) {
+    Complain(error.what());
+    return kUsage;
+  } catch (const std::exception& error) {
+    Complain(error.what());
+    return kFailure;
+  }
+}
+
+int Main(int argc, char** argv) {
+  SilenceLibraries();
+  CLI::App app("TopoTag fiducial markers: detect, print and render them.", "topotag");
+  app.set_version_flag("--version", std::string("topotag ") + Version());
+  app.require_subcommand(0, 1);
+  app.footer("topotag COMMAND --help explains a command.");
+  const Command detect = AddDetect(&app);
+  const Command generate = AddGenerate(&app);
+  const Command render = AddRender(&app);
+  const Command info = AddInfo(&app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      app.exit(error);
+      return FlushStdout(kSuccess);
+    }
+    Complain(error.what());
+    return kUsage;
+  }
+  if (app.got_subcommand("detect")) return RunCommand(detect);
+  if (app.got_subcommand("generate")) return RunCommand(generate);
+  if (app.got_subcommand("render")) return RunCommand(render);
+  if (app.got_subcommand("info")) return RunCommand(info);
+  Complain("a command is missing: detect, generate, render or info; see topotag --help");
+  return kUsage;
+}
+
+}  // namespace
+}  // namespace topotag::tools
+
+int main(int argc, char** argv) { return topotag::tools::Main(argc, argv); }

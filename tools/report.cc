@@ -1,0 +1,211 @@
+#include "tools/report.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace topotag::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegrees = 180 / 3.14159265358979323846;
+
+/// Adding 0 turns -0 into 0.
+double RoundTo(double value, double scale) { return std::round(value * scale) / scale + 0.0; }
+
+double Pixels(double value) { return RoundTo(value, 1e6); }
+
+double Significant(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return std::strtod(text, nullptr) + 0.0;
+}
+
+Json PointJson(const Point2& point) { return Json::array({Pixels(point.x), Pixels(point.y)}); }
+
+template <typename Points>
+Json PointsJson(const Points& points) {
+  Json json = Json::array();
+  for (const Point2& point : points) json.push_back(PointJson(point));
+  return json;
+}
+
+template <typename Values>
+Json ValuesJson(const Values& values) {
+  Json json = Json::array();
+  for (const double value : values) json.push_back(Significant(value));
+  return json;
+}
+
+template <typename Matrix>
+Json MatrixJson(const Matrix& matrix) {
+  Json json = Json::array();
+  for (const auto& row : matrix) json.push_back(ValuesJson(row));
+  return json;
+}
+
+Json SolutionJson(const PoseSolution& pose) {
+  Json json = TransformJson(pose);
+  json["rms_px"] = Significant(pose.rms_px);
+  return json;
+}
+
+Json PoseJson(const std::optional<Pose>& pose) {
+  if (!pose) return nullptr;
+  Json json = SolutionJson(*pose);
+  json["covariance"] = MatrixJson(pose->covariance);
+  json["alternative"] = pose->alternative ? SolutionJson(*pose->alternative) : Json(nullptr);
+  return json;
+}
+
+Json TimesJson(const StageTimes& times) {
+  const auto tenths = [](double time) { return RoundTo(time, 10); };
+  Json json;
+  json["threshold"] = tenths(times.threshold);
+  json["binarize"] = tenths(times.binarize);
+  json["label"] = tenths(times.label);
+  json["tree"] = tenths(times.tree);
+  json["decode"] = tenths(times.decode);
+  json["vertices"] = tenths(times.vertices);
+  json["pose"] = tenths(times.pose);
+  json["total"] = tenths(times.total);
+  return json;
+}
+
+std::string FormatJson(const FrameResult& result) {
+  Json json = FrameJson(result.image, result.frame, result.width, result.height);
+  json["backend"] = result.backend;
+  json["detections"] = Json::array();
+  for (const Detection& detection : result.detections) {
+    Json marker = MarkerJson(detection);
+    marker["pose"] = PoseJson(detection.pose);
+    json["detections"].push_back(std::move(marker));
+  }
+  json["time_us"] = TimesJson(result.times);
+  return Dump(json) + "\n";
+}
+
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string CsvNumber(double value) { return Json(value).dump(); }
+
+std::string FormatCsv(const FrameResult& result) {
+  std::string rows;
+  for (const Detection& detection : result.detections) {
+    std::string row = CsvField(result.image) + "," + std::to_string(result.frame) + "," +
+                      detection.family.name() + "," + std::to_string(detection.id);
+    const auto add = [&row](double value) { row += "," + CsvNumber(value); };
+    add(Pixels(detection.center.x));
+    add(Pixels(detection.center.y));
+    for (const Point2& corner : detection.corners) {
+      add(Pixels(corner.x));
+      add(Pixels(corner.y));
+    }
+    if (detection.pose) {
+      for (const double value : detection.pose->t) add(Significant(value));
+      for (const auto& values : detection.pose->R) {
+        for (const double value : values) add(Significant(value));
+      }
+      add(Significant(detection.pose->rms_px));
+    } else {
+      row += std::string(13, ',');
+    }
+    rows += row + "\n";
+  }
+  return rows;
+}
+
+double Side(const Detection& detection) {
+  double length = 0;
+  for (int i = 0; i < 4; ++i) {
+    const Point2& a = detection.corners[i];
+    const Point2& b = detection.corners[(i + 1) % 4];
+    length += std::hypot(a.x - b.x, a.y - b.y) / 4;
+  }
+  return length;
+}
+
+std::string FormatText(const FrameResult& result) {
+  const size_t count = result.detections.size();
+  char line[256];
+  std::string text = result.image;
+  if (result.is_sequence) text += " frame " + std::to_string(result.frame);
+  std::snprintf(line, sizeof line, ": %dx%d, ", result.width, result.height);
+  text += line;
+  text += count == 0   ? "no marker\n"
+          : count == 1 ? "1 marker\n"
+                       : std::to_string(count) + " markers\n";
+  for (const Detection& detection : result.detections) {
+    std::snprintf(line, sizeof line, "  %s %-8s center (%.2f, %.2f)  side %.1f px",
+                  detection.family.name().c_str(), std::to_string(detection.id).c_str(),
+                  detection.center.x, detection.center.y, Side(detection));
+    text += line;
+    if (detection.pose) {
+      const Pose& pose = *detection.pose;
+      const double facing = std::fmin(1, std::fmax(-1, pose.R[2][2]));
+      std::snprintf(line, sizeof line, "  t (%.4f, %.4f, %.4f) m  tilt %.1f deg  rms %.3f px",
+                    pose.t[0], pose.t[1], pose.t[2], std::acos(facing) * kDegrees, pose.rms_px);
+      text += line;
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string FormatHeader(Format format) {
+  if (format != Format::kCsv) return "";
+  return "image,frame,family,id,center_x,center_y,corner0_x,corner0_y,corner1_x,corner1_y,"
+         "corner2_x,corner2_y,corner3_x,corner3_y,tx,ty,tz,r00,r01,r02,r10,r11,r12,r20,r21,r22,"
+         "rms_px\n";
+}
+
+std::string FormatFrame(Format format, const FrameResult& result) {
+  switch (format) {
+    case Format::kJson:
+      return FormatJson(result);
+    case Format::kCsv:
+      return FormatCsv(result);
+    default:
+      return FormatText(result);
+  }
+}
+
+Json FrameJson(const std::string& image, int64_t frame, int width, int height) {
+  Json json;
+  json["image"] = image;
+  json["frame"] = frame;
+  json["width"] = width;
+  json["height"] = height;
+  return json;
+}
+
+Json MarkerJson(const Detection& detection) {
+  Json json;
+  json["family"] = detection.family.name();
+  json["id"] = detection.id;
+  json["center"] = PointJson(detection.center);
+  json["corners"] = PointsJson(detection.corners);
+  json["vertices"] = PointsJson(detection.vertices);
+  return json;
+}
+
+Json TransformJson(const PoseSolution& pose) {
+  Json json;
+  json["R"] = MatrixJson(pose.R);
+  json["t"] = ValuesJson(pose.t);
+  return json;
+}
+
+std::string Dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace topotag::tools

@@ -1,0 +1,44 @@
+#ifndef TOPOTAG_TOOLS_REPORT_H_
+#define TOPOTAG_TOOLS_REPORT_H_
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "topotag/detector.h"
+
+namespace topotag::tools {
+
+enum class Format { kText, kJson, kCsv };
+
+/// What was found in one frame.
+struct FrameResult {
+  std::string image;
+  int64_t frame = 0;
+  bool is_sequence = false;  ///< one of many frames of the same input
+  int width = 0;
+  int height = 0;
+  std::string backend;
+  std::vector<Detection> detections;
+  StageTimes times;
+};
+
+/// What comes before the first frame; may be empty.
+std::string FormatHeader(Format format);
+/// The lines of one frame, each with its line feed.
+std::string FormatFrame(Format format, const FrameResult& result);
+
+/// The keys that the output of detect and the truth of render have in common: image, frame,
+/// width, height. Pixels to 1e-6, other numbers to 9 significant digits.
+nlohmann::ordered_json FrameJson(const std::string& image, int64_t frame, int width, int height);
+/// family, id, center, corners, vertices, without the pose.
+nlohmann::ordered_json MarkerJson(const Detection& detection);
+/// R and t.
+nlohmann::ordered_json TransformJson(const PoseSolution& pose);
+/// One line without its line feed; text that is not UTF-8 is replaced.
+std::string Dump(const nlohmann::ordered_json& json);
+
+}  // namespace topotag::tools
+
+#endif  // TOPOTAG_TOOLS_REPORT_H_

@@ -1,0 +1,261 @@
+#include "tools/scene_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "tools/command.h"
+#include "tools/frame_source.h"
+#include "topotag/camera_file.h"
+#include "topotag/error.h"
+#include "topotag/image_file.h"
+
+namespace topotag::tools {
+namespace {
+
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+[[noreturn]] void Fail(const std::string& where, const std::string& reason) {
+  throw Error(ErrorCode::kParse, where + ": " + reason);
+}
+
+/// An object of the scene file and how messages name it.
+class Node {
+ public:
+  Node(const Json& json, std::string where) : json_(json), where_(std::move(where)) {
+    if (!json.is_object()) Fail(where_, "is not an object");
+  }
+
+  bool Has(const char* key) const { return json_.contains(key); }
+  std::string Where(const char* key) const { return where_ + ": " + key; }
+
+  const Json& Get(const char* key) const {
+    if (!Has(key)) Fail(where_, std::string("key \"") + key + "\" is missing");
+    return json_[key];
+  }
+  double Number(const char* key) const { return ToNumber(Get(key), Where(key)); }
+  double Number(const char* key, double otherwise) const {
+    return Has(key) ? Number(key) : otherwise;
+  }
+  uint64_t Whole(const char* key) const {
+    if (!Get(key).is_number_unsigned()) Fail(Where(key), "is not a whole number of 0 or more");
+    return Get(key).get<uint64_t>();
+  }
+  std::string Text(const char* key) const {
+    if (!Get(key).is_string()) Fail(Where(key), "is not a string");
+    return Get(key).get<std::string>();
+  }
+  std::string Text(const char* key, const char* otherwise) const {
+    return Has(key) ? Text(key) : otherwise;
+  }
+  Vector3 Vector(const char* key) const { return ToVector(Get(key), Where(key)); }
+
+  void AllowOnly(std::initializer_list<const char*> keys) const {
+    for (const auto& item : json_.items()) {
+      if (std::find(keys.begin(), keys.end(), item.key()) == keys.end()) {
+        Fail(where_, "unknown key \"" + item.key() + "\"");
+      }
+    }
+  }
+
+  static double ToNumber(const Json& json, const std::string& where) {
+    if (!json.is_number()) Fail(where, "is not a number");
+    return json.get<double>();
+  }
+  static Vector3 ToVector(const Json& json, const std::string& where) {
+    if (!json.is_array() || json.size() != 3) Fail(where, "is not a list of 3 numbers");
+    Vector3 vector;
+    for (size_t i = 0; i < 3; ++i) vector[i] = ToNumber(json[i], where);
+    return vector;
+  }
+
+ private:
+  const Json& json_;
+  std::string where_;
+};
+
+/// Runs `read` and lets its error name where the value stands.
+template <typename Read>
+auto At(const std::string& where, Read read) {
+  try {
+    return read();
+  } catch (const Error& error) {
+    throw Error(error.code(), where + ": " + error.what());
+  }
+}
+
+std::string Relative(const std::string& scene, const std::string& path) {
+  return (fs::path(scene).parent_path() / path).string();
+}
+
+void ReadDistortion(const Node& node, Camera* camera) {
+  if (!node.Has("distortion")) {
+    if (node.Text("distortion_model", "none") != "none")
+      Fail(node.Where("distortion"), "is missing");
+    return;
+  }
+  const Json& list = node.Get("distortion");
+  const std::string where = node.Where("distortion");
+  if (!list.is_array()) Fail(where, "is not a list of numbers");
+  const std::string model = node.Text("distortion_model", "brown");
+  const size_t count = list.size();
+  if (model == "brown") {
+    const bool known =
+        count == 0 || count == 4 || count == 5 || count == 8 || count == 12 || count == 14;
+    if (!known) Fail(where, "has not 0, 4, 5, 8, 12 or 14 numbers");
+    camera->model = count == 0 ? DistortionModel::kNone : DistortionModel::kBrown;
+  } else if (model == "fisheye" || model == "equidistant") {
+    if (count != 4) Fail(where, "has not 4 numbers");
+    camera->model = DistortionModel::kFisheye;
+  } else if (model != "none" || count != 0) {
+    Fail(node.Where("distortion_model"), "'" + model + "' is not one of none, brown, fisheye");
+  }
+  for (size_t i = 0; i < count; ++i) camera->distortion[i] = Node::ToNumber(list[i], where);
+}
+
+Camera ReadInlineCamera(const Node& node) {
+  node.AllowOnly({"width", "height", "fx", "fy", "cx", "cy", "distortion_model", "distortion"});
+  const auto side = [&node](const char* key) {
+    const uint64_t value = node.Whole(key);
+    if (value < 1 || value > static_cast<uint64_t>(kMaxImageSide)) {
+      Fail(node.Where(key), "is not within 1 .. " + std::to_string(kMaxImageSide));
+    }
+    return static_cast<int>(value);
+  };
+  Camera camera;
+  camera.width = side("width");
+  camera.height = side("height");
+  camera.fx = node.Number("fx");
+  camera.fy = node.Number("fy");
+  camera.cx = node.Number("cx");
+  camera.cy = node.Number("cy");
+  ReadDistortion(node, &camera);
+  ValidateCamera(camera);
+  return camera;
+}
+
+Matrix3 ReadRotation(const Node& node) {
+  if (node.Has("rvec") && node.Has("R")) Fail(node.Where("R"), "stands beside rvec: give one");
+  if (node.Has("rvec")) return RotationMatrix(node.Vector("rvec"));
+  Matrix3 rotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  if (!node.Has("R")) return rotation;
+  const Json& rows = node.Get("R");
+  const std::string where = node.Where("R");
+  if (!rows.is_array() || rows.size() != 3) Fail(where, "is not a list of 3 rows");
+  for (size_t i = 0; i < 3; ++i) rotation[i] = Node::ToVector(rows[i], where);
+  const auto dot = [&](int a, int b) {
+    return rotation[a][0] * rotation[b][0] + rotation[a][1] * rotation[b][1] +
+           rotation[a][2] * rotation[b][2];
+  };
+  const Vector3& x = rotation[0];
+  const Vector3& y = rotation[1];
+  const Vector3& z = rotation[2];
+  const double handed = (x[1] * y[2] - x[2] * y[1]) * z[0] + (x[2] * y[0] - x[0] * y[2]) * z[1] +
+                        (x[0] * y[1] - x[1] * y[0]) * z[2];
+  bool is_rotation = handed > 0;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) is_rotation &= std::fabs(dot(a, b) - (a == b ? 1 : 0)) < 1e-6;
+  }
+  if (!is_rotation) Fail(where, "is not a rotation matrix");
+  return rotation;
+}
+
+SceneMarker ReadMarker(const std::string& path, const Node& node) {
+  node.AllowOnly({"family", "id", "size", "inner", "outer", "frame", "margin", "black", "white",
+                  "rvec", "R", "t"});
+  SceneMarker marker;
+  MarkerDesign& design = marker.design;
+  design.family = At(node.Where("family"), [&] { return Family::Parse(node.Text("family")); });
+  design.id = node.Whole("id");
+  At(node.Where("id"), [&] { CheckId(design.family, design.id); });
+  design.inner =
+      At(node.Where("inner"), [&] { return ParseInnerShape(node.Text("inner", "square")); });
+  const std::string outer = node.Text("outer", "square");
+  const std::string polygon = Relative(path, outer);
+  std::error_code ignored;
+  At(node.Where("outer"),
+     [&] { SetOuterShape(fs::is_regular_file(polygon, ignored) ? polygon : outer, &design); });
+  design.frame = node.Number("frame", design.frame);
+  design.margin = node.Number("margin", design.margin);
+  marker.tag_size = node.Number("size");
+  if (!(marker.tag_size > 0)) Fail(node.Where("size"), "is not greater than 0");
+  marker.black = node.Number("black", marker.black);
+  marker.white = node.Number("white", marker.white);
+  marker.R = ReadRotation(node);
+  marker.t = node.Vector("t");
+  return marker;
+}
+
+Json ParseFile(const std::string& path) {
+  std::error_code ignored;
+  std::ifstream file(path, std::ios::binary);
+  if (fs::is_directory(path, ignored) || !file) {
+    throw Error(ErrorCode::kFile, path + ": scene cannot be read");
+  }
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  try {
+    return Json::parse(text);
+  } catch (const Json::exception& error) {
+    // "[json.exception.parse_error.101] parse error at line 1, ...": the tag says nothing.
+    const std::string message = error.what();
+    const size_t tag = message.find("] ");
+    Fail(path, tag == std::string::npos ? message : message.substr(tag + 2));
+  }
+}
+
+}  // namespace
+
+void SceneFile::SetBackground(const std::string& path) {
+  const QuietStderr quiet;
+  background = ForFile(path, [&] { return ReadImage(path); });
+  scene.background_image = background.view();
+}
+
+SceneFile ReadScene(const std::string& path) {
+  const Json json = ParseFile(path);
+  const Node node(json, path);
+  node.AllowOnly({"camera", "background", "blur", "noise", "seed", "markers"});
+  SceneFile file;
+  Scene& scene = file.scene;
+  const Json& camera = node.Get("camera");
+  scene.camera = At(node.Where("camera"), [&] {
+    if (camera.is_object()) return ReadInlineCamera(Node(camera, "object"));
+    return ReadCamera(Relative(path, node.Text("camera")));
+  });
+  if (node.Has("background") && node.Get("background").is_string()) {
+    At(node.Where("background"),
+       [&] { file.SetBackground(Relative(path, node.Text("background"))); });
+  } else {
+    scene.background = node.Number("background", scene.background);
+  }
+  scene.blur = node.Number("blur", scene.blur);
+  scene.noise = node.Number("noise", scene.noise);
+  if (node.Has("seed")) scene.seed = node.Whole("seed");
+  if (!node.Has("markers")) return file;
+  const Json& markers = node.Get("markers");
+  if (!markers.is_array()) Fail(node.Where("markers"), "is not a list");
+  for (size_t i = 0; i < markers.size(); ++i) {
+    const std::string where = path + ": marker " + std::to_string(i);
+    scene.markers.push_back(ReadMarker(path, Node(markers[i], where)));
+  }
+  return file;
+}
+
+Matrix3 RotationMatrix(const Vector3& rvec) {
+  const double angle = std::sqrt(rvec[0] * rvec[0] + rvec[1] * rvec[1] + rvec[2] * rvec[2]);
+  // sin(a)/a and (1-cos(a))/a^2, by their series where a is too small to divide by.
+  const double s = angle < 1e-8 ? 1 : std::sin(angle) / angle;
+  const double half = std::sin(angle / 2);
+  const double c = angle < 1e-8 ? 0.5 : 2 * half * half / (angle * angle);
+  const double x = rvec[0], y = rvec[1], z = rvec[2];
+  return {{{1 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y},
+           {c * x * y + s * z, 1 - c * (x * x + z * z), c * y * z - s * x},
+           {c * x * z - s * y, c * y * z + s * x, 1 - c * (x * x + y * y)}}};
+}
+
+}  // namespace topotag::tools

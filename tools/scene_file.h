@@ -1,0 +1,36 @@
+#ifndef TOPOTAG_TOOLS_SCENE_FILE_H_
+#define TOPOTAG_TOOLS_SCENE_FILE_H_
+
+#include <string>
+
+#include "topotag/image.h"
+#include "topotag/renderer.h"
+
+namespace topotag::tools {
+
+/// A scene and the background picture that it points to.
+struct SceneFile {
+  Scene scene;
+  Image background;
+
+  /// Reads the background picture and makes the scene point to it.
+  /// @throws Error as ReadImage.
+  void SetBackground(const std::string& path);
+};
+
+/// Reads a scene; paths in it are relative to its folder.
+///
+/// {"camera": FILE or {"width","height","fx","fy","cx","cy"(,"distortion_model","distortion")},
+///  "background": LEVEL or FILE, "blur": S, "noise": S, "seed": N,
+///  "markers": [{"family","id","size","t","rvec" or "R","inner","outer","frame","margin","black",
+///               "white"}]}
+/// Needed are camera, and family, id, size and t of each marker; the rest is Scene's default.
+/// @throws Error (kFile, kParse) that names the file, the marker's index and the key.
+SceneFile ReadScene(const std::string& path);
+
+/// Rotation of a rotation vector (axis times angle, radians).
+Matrix3 RotationMatrix(const Vector3& rvec);
+
+}  // namespace topotag::tools
+
+#endif  // TOPOTAG_TOOLS_SCENE_FILE_H_
