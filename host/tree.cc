@@ -14,7 +14,7 @@ constexpr uint64_t kMinCoverPercent = 15;
 constexpr uint64_t kMaxCoverPercent = 300;
 
 // Nodes that may have run together in a doubtful marker.
-constexpr int kMergedNodes = 2;
+constexpr int kMergedNodes = 4;
 
 // A hole smaller than this part of its node's black area is noise: a real one has an eighth.
 constexpr uint32_t kMinHoleFraction = 50;
