@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host/sample.h"
+#include "topotag/marker.h"
 
 namespace topotag {
 namespace {
@@ -33,13 +34,13 @@ double Contrast(const ImageView& image, const LocalMap& map) {
 }  // namespace
 
 bool ConfirmBits(const ImageView& image, Decoded* decoded) {
-  const int n = decoded->family.n();
-  const int count = n * n;
+  const Family family = decoded->family;
+  const int count = family.vertex_count();
   std::array<double, kMaxVertices> hole;
   double solid = INFINITY;
   double mean_contrast = 0;
   for (int i = 2; i < count; ++i) {
-    const LocalMap map(decoded->map, ModelVertex(n, i));
+    const LocalMap map(decoded->map, ModelVertex(family, i));
     const double contrast = Contrast(image, map);
     if (!(contrast > kMinContrast)) return false;
     hole[static_cast<size_t>(i)] = Hole(image, map, contrast);
@@ -48,20 +49,20 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
   }
   double open = 0;
   for (int i = 0; i < 2; ++i) {
-    open += Hole(image, LocalMap(decoded->map, ModelVertex(n, i)), mean_contrast) / 2;
+    open += Hole(image, LocalMap(decoded->map, ModelVertex(family, i)), mean_contrast) / 2;
   }
   const double spread = open - solid;
-  const bool all_open = decoded->id == decoded->family.size() - 1;
+  const bool all_open = decoded->id == family.size() - 1;
   if (all_open && solid > kMinOpen * open) return true;  // there is no solid node to compare with
   if (!(spread > kMinSpread)) return false;
 
-  uint64_t id = 0;
+  uint64_t bits = 0;
   for (int i = 2; i < count; ++i) {
     const double from_middle = (hole[static_cast<size_t>(i)] - solid) / spread - 0.5;
     if (std::abs(from_middle) < kUndecided) return false;
-    id = id << 1 | static_cast<uint64_t>(from_middle > 0);
+    bits |= static_cast<uint64_t>(from_middle > 0) << i;
   }
-  decoded->id = id;
+  decoded->id = IdFromVertexBits(family, bits);
   return true;
 }
 

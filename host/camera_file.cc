@@ -5,16 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <string>
-#include <system_error>
 #include <vector>
 
-#include "host/output_file.h"
+#include "host/file.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -49,25 +45,14 @@ std::string ToText(double value) {
   return std::string(buffer.data(), end.ptr);
 }
 
-std::string ReadText(const std::string& path) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (error) Fail(ErrorCode::kFile, path, "cannot be read: " + error.message());
-  if (fs::is_directory(status)) Fail(ErrorCode::kFile, path, "cannot be read: is a directory");
-  if (!fs::is_regular_file(status)) {
-    Fail(ErrorCode::kFile, path, "cannot be read: not a regular file");
+std::string ReadYaml(const std::string& path) {
+  std::string text;
+  try {
+    text = ReadText(path, kMaxFileSize);
+  } catch (const Error& error) {
+    Fail(error.code(), path, std::string("cannot be read: ") + error.what());
   }
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  std::string text(kMaxFileSize + 1, '\0');
-  if (file) file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (!file.is_open() || file.bad()) {
-    Fail(ErrorCode::kFile, path, "cannot be read: " + std::generic_category().message(errno));
-  }
-  text.resize(static_cast<size_t>(file.gcount()));
   if (text.empty()) Fail(ErrorCode::kParse, path, "is empty");
-  if (text.size() > kMaxFileSize) Fail(ErrorCode::kParse, path, "is larger than 1 MiB");
   if (text.find('\0') != std::string::npos) Fail(ErrorCode::kParse, path, "is not a text file");
   return text;
 }
@@ -88,7 +73,7 @@ std::string Normalize(std::string text) {
 class CameraReader {
  public:
   explicit CameraReader(const std::string& path)
-      : path_(path), root_(YAML::Load(Normalize(ReadText(path)))) {
+      : path_(path), root_(YAML::Load(Normalize(ReadYaml(path)))) {
     if (!root_.IsMap()) Fail("is neither a YAML nor a JSON map of keys");
   }
 

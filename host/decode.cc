@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "topotag/marker.h"
+
 namespace topotag {
 namespace {
 
@@ -125,7 +127,10 @@ struct Reading {
 
 // Assigns every point to the vertex that `inverse` (ideal pixels to units) takes it to; p1 is
 // point `p1`. False unless each vertex gets exactly one.
-bool Assign(const Points& points, int n, int p1, const Homography& inverse, Reading* reading) {
+bool Assign(const Points& points, Family family, int p1, const Homography& inverse,
+            Reading* reading) {
+  const int n = family.n();
+  const double first = -kPitch / 2 * (n - 1);
   std::array<bool, kMaxVertices> taken{};
   for (int i = 0; i < points.count; ++i) {
     const Point2 tag = inverse.Map(points.at[static_cast<size_t>(i)]);
@@ -133,13 +138,13 @@ bool Assign(const Points& points, int n, int p1, const Homography& inverse, Read
     if (i < 2) {
       vertex = i == p1 ? 0 : 1;
     } else {
-      const double col = std::round((tag.x + 2 * (n - 1)) / kPitch);
-      const double row = std::round((tag.y + 2 * (n - 1)) / kPitch);
+      const double col = std::round((tag.x - first) / kPitch);
+      const double row = std::round((tag.y - first) / kPitch);
       if (!(col >= 0 && col < n && row >= 0 && row < n)) return false;
       vertex = static_cast<int>(row) * n + static_cast<int>(col);
       if (vertex < 2) return false;
     }
-    const Point2 model = ModelVertex(n, vertex);
+    const Point2 model = ModelVertex(family, vertex);
     if (!(std::hypot(tag.x - model.x, tag.y - model.y) < kCornerFit)) return false;
     if (taken[static_cast<size_t>(vertex)]) return false;
     taken[static_cast<size_t>(vertex)] = true;
@@ -149,13 +154,13 @@ bool Assign(const Points& points, int n, int p1, const Homography& inverse, Read
 }
 
 // Fits the homography to all vertices and checks that each lies where it belongs.
-bool Confirm(const Points& points, int n, Reading* reading) {
+bool Confirm(const Points& points, Family family, Reading* reading) {
   std::array<Point2, kMaxVertices> model;
   std::array<Point2, kMaxVertices> image;
-  const int count = n * n;
+  const int count = family.vertex_count();
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<size_t>(i);
-    model[k] = ModelVertex(n, i);
+    model[k] = ModelVertex(family, i);
     image[k] = points.at[static_cast<size_t>(reading->point[k])];
   }
   Homography inverse;
@@ -174,7 +179,7 @@ bool Confirm(const Points& points, int n, Reading* reading) {
   return reading->rms < kGridFitRms;
 }
 
-bool ReadGrid(const Points& points, int n, int p1, const Hull& hull, int hull_size,
+bool ReadGrid(const Points& points, Family family, int p1, const Hull& hull, int hull_size,
               Reading* reading) {
   const auto end = hull.begin() + hull_size;
   const auto start = std::find(hull.begin(), end, p1);
@@ -183,12 +188,12 @@ bool ReadGrid(const Points& points, int n, int p1, const Hull& hull, int hull_si
       !LargestQuad(points, hull, hull_size, static_cast<int>(start - hull.begin()), &quad)) {
     return false;
   }
-  const double c = 2 * (n - 1);
+  const double c = kPitch / 2 * (family.n() - 1);
   const Point2 model[4] = {{-c, -c}, {c, -c}, {c, c}, {-c, c}};
   Homography map;
   Homography inverse;
   return FitHomography(model, quad.data(), nullptr, 4, &map) && Invert(map, &inverse) &&
-         Assign(points, n, p1, inverse, reading) && Confirm(points, n, reading);
+         Assign(points, family, p1, inverse, reading) && Confirm(points, family, reading);
 }
 
 double AreaInUnits(const Node& node, int scale, const TagMap& map, Point2 tag) {
@@ -200,14 +205,14 @@ double AreaInUnits(const Node& node, int scale, const TagMap& map, Point2 tag) {
 }
 
 // Sizes of all nodes and places of all holes.
-bool CheckNodes(const Points& points, int n, const Reading& reading, const SearchArea& area,
+bool CheckNodes(const Points& points, Family family, const Reading& reading, const SearchArea& area,
                 const TagMap& map, double* median_area) {
   std::array<double, kMaxVertices> areas;
-  const int count = n * n - 2;
+  const int count = family.bits();
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<size_t>(i);
     const Node& node = *points.node[static_cast<size_t>(reading.point[k + 2])];
-    const Point2 model = ModelVertex(n, i + 2);
+    const Point2 model = ModelVertex(family, i + 2);
     areas[k] = AreaInUnits(node, area.scale, map, model);
     if (node.hole_count == 0) continue;
     Jacobian2 j;
@@ -267,24 +272,17 @@ bool IsInFront(const Homography& map, double half) {
 
 }  // namespace
 
-Point2 ModelVertex(int n, int i) {
-  const double first = -2 * (n - 1);
-  if (i == 1) return {first + 2, first};
-  return {first + kPitch * (i % n), first + kPitch * (i / n)};
-}
-
 bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
             const SearchArea& area, Decoded* decoded) {
   Points points;
   if (!GatherPoints(candidate, nodes, camera, area, &points)) return false;
   Hull hull;
   const int hull_size = ConvexHull(points, &hull);
-  const int n = candidate.family.n();
   Reading best;
   bool found = false;
   for (int p1 = 0; p1 < 2; ++p1) {
     Reading reading;
-    if (!ReadGrid(points, n, p1, hull, hull_size, &reading)) continue;
+    if (!ReadGrid(points, candidate.family, p1, hull, hull_size, &reading)) continue;
     if (!found || reading.rms < best.rms) best = reading;
     found = true;
   }
@@ -292,15 +290,16 @@ bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
 
   decoded->family = candidate.family;
   decoded->map = {best.map, camera};
-  if (!CheckNodes(points, n, best, area, decoded->map, &decoded->node_area) ||
+  if (!CheckNodes(points, candidate.family, best, area, decoded->map, &decoded->node_area) ||
       IsClipped(candidate, decoded->map, area)) {
     return false;
   }
-  decoded->id = 0;
-  for (int i = 2; i < n * n; ++i) {
+  uint64_t bits = 0;
+  for (int i = 2; i < candidate.family.vertex_count(); ++i) {
     const Node& node = *points.node[static_cast<size_t>(best.point[static_cast<size_t>(i)])];
-    decoded->id = decoded->id << 1 | static_cast<uint64_t>(node.hole_count);
+    bits |= static_cast<uint64_t>(node.hole_count) << i;
   }
+  decoded->id = IdFromVertexBits(candidate.family, bits);
   return true;
 }
 

@@ -39,9 +39,6 @@ struct SearchArea {
 bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
             const SearchArea& area, Decoded* decoded);
 
-/// Model vertex `i` of the family in units.
-Point2 ModelVertex(int n, int i);
-
 }  // namespace topotag
 
 #endif  // TOPOTAG_HOST_DECODE_H_

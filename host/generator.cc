@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
-#include "host/output_file.h"
+#include "host/check.h"
+#include "host/file.h"
 #include "host/print_surface.h"
-#include "topotag/error.h"
 
 namespace topotag {
 namespace {
@@ -45,39 +44,21 @@ constexpr Glyph kGlyphs[] = {{'0', "103041453616050110"},
                              {'m', "0602|03122326|23324346"},
                              {'.', "2526"}};
 
-[[noreturn]] void Fail(const std::string& message) {
-  throw Error(ErrorCode::kInvalidArgument, message);
-}
-
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%g", value);
-  return text;
-}
-
-// Written so that NaN fails too.
-void CheckRange(const char* name, double value, double min, double max, const char* unit) {
-  if (!(value >= min && value <= max)) {
-    Fail(std::string(name) + " " + Text(value) + " " + unit + " is not within " + Text(min) +
-         " .. " + Text(max) + " " + unit);
-  }
-}
-
 // A marker's geometry with its size on paper.
 struct Print {
   Print(const MarkerDesign& design, const PrintOptions& print, PrintFormat format)
       : geometry(BuildMarkerGeometry(design)) {
-    CheckRange("size", print.size_mm, kMinSizeMm, kMaxSizeMm, "mm");
+    RequireRange("size", print.size_mm, kMinSizeMm, kMaxSizeMm, "mm");
     unit = print.size_mm / design.family.white_side();
     width = unit * (geometry.max.x - geometry.min.x);
     height = unit * (geometry.max.y - geometry.min.y);
-    CheckRange("picture width", width, 0, kMaxSizeMm, "mm");
-    CheckRange("picture height", height, 0, kMaxSizeMm, "mm");
+    RequireRange("picture width", width, 0, kMaxSizeMm, "mm");
+    RequireRange("picture height", height, 0, kMaxSizeMm, "mm");
     if (format != PrintFormat::kPng) return;
-    CheckRange("resolution", print.dpi, kMinDpi, kMaxDpi, "dpi");
+    RequireRange("resolution", print.dpi, kMinDpi, kMaxDpi, "dpi");
     const double pixels = unit * print.dpi / 25.4;
     if (pixels < 1) {
-      Fail("a unit of " + Text(pixels) + " px is too small to draw (size " + Text(print.size_mm) +
+      FailArgument("a unit of " + Text(pixels) + " px is too small to draw (size " + Text(print.size_mm) +
            " mm at " + Text(print.dpi) + " dpi, family " + design.family.name() +
            "): at least 1 px is needed");
     }
@@ -149,10 +130,10 @@ void DrawCutMarks(Point2 min, Point2 max, double gap, PrintSurface* surface) {
 }
 
 void CheckSheet(const SheetOptions& sheet) {
-  CheckRange("page width", sheet.page_width_mm, kMinSizeMm, kMaxSizeMm, "mm");
-  CheckRange("page height", sheet.page_height_mm, kMinSizeMm, kMaxSizeMm, "mm");
-  CheckRange("page margin", sheet.page_margin_mm, 0, kMaxSizeMm, "mm");
-  CheckRange("gap", sheet.gap_mm, 0, kMaxSizeMm, "mm");
+  RequireRange("page width", sheet.page_width_mm, kMinSizeMm, kMaxSizeMm, "mm");
+  RequireRange("page height", sheet.page_height_mm, kMinSizeMm, kMaxSizeMm, "mm");
+  RequireRange("page margin", sheet.page_margin_mm, 0, kMaxSizeMm, "mm");
+  RequireRange("gap", sheet.gap_mm, 0, kMaxSizeMm, "mm");
 }
 
 // A grid of equal cells, the largest marker in each, with the label's gap below every row.
@@ -163,7 +144,7 @@ struct SheetLayout {
     const double free_width = sheet.page_width_mm - 2 * sheet.page_margin_mm + kSlackMm;
     const double free_height = sheet.page_height_mm - 2 * sheet.page_margin_mm + kSlackMm;
     if (width > free_width || height + gap > free_height) {
-      Fail("a marker of " + Text(width) + " x " + Text(height) + " mm with a gap of " + Text(gap) +
+      FailArgument("a marker of " + Text(width) + " x " + Text(height) + " mm with a gap of " + Text(gap) +
            " mm below it does not fit a page of " + Text(sheet.page_width_mm) + " x " +
            Text(sheet.page_height_mm) + " mm with margins of " + Text(sheet.page_margin_mm) +
            " mm");
@@ -216,7 +197,7 @@ void WriteSheet(const std::vector<MarkerDesign>& designs, const PrintOptions& op
                 const SheetOptions& sheet, const std::string& path) {
   const PrintFormat format = PrintFormatOf(path);
   CheckSheet(sheet);
-  if (designs.empty()) Fail("a sheet needs at least one marker");
+  if (designs.empty()) FailArgument("a sheet needs at least one marker");
   double width = 0, height = 0;
   for (const MarkerDesign& design : designs) {
     const Print print(design, options, format);
@@ -226,7 +207,7 @@ void WriteSheet(const std::vector<MarkerDesign>& designs, const PrintOptions& op
   const SheetLayout layout(sheet, width, height);
   const size_t per_page = layout.columns * layout.rows;
   if (format != PrintFormat::kPdf && designs.size() > per_page) {
-    Fail(std::to_string(designs.size()) + " markers need " +
+    FailArgument(std::to_string(designs.size()) + " markers need " +
          std::to_string((designs.size() + per_page - 1) / per_page) +
          " pages: PNG and SVG hold one, PDF as many as needed");
   }

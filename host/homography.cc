@@ -138,7 +138,7 @@ bool Invert(const Homography& homography, Homography* inverse) {
 }
 
 Point2 TagMap::Pixel(Point2 tag, Jacobian2* jacobian) const {
-  if (camera == nullptr || camera->model == DistortionModel::kNone) {
+  if (!HasLens()) {
     return jacobian ? ideal.Map(tag, jacobian) : ideal.Map(tag);
   }
   Jacobian2 outer;

@@ -30,6 +30,7 @@ struct TagMap {
   Homography ideal;
   const Camera* camera = nullptr;
 
+  bool HasLens() const { return camera != nullptr && camera->model != DistortionModel::kNone; }
   Point2 Pixel(Point2 tag, Jacobian2* jacobian = nullptr) const;
 };
 

@@ -1,19 +1,17 @@
 #include "topotag/image_file.h"
 
 #include <algorithm>
-#include <atomic>
-#include <cerrno>
 #include <climits>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <memory>
+#include <iterator>
 #include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <system_error>
 
 #include "host/encoded_image.h"
+#include "host/file.h"
+#include "host/jpeg.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -26,44 +24,9 @@ constexpr const char* kExtensions[] = {".png", ".jpg", ".jpeg", ".bmp",  ".pgm",
 
 [[noreturn]] void Fail(const std::string& reason) { throw Error(ErrorCode::kFile, reason); }
 
-std::string Reason(int error) { return std::generic_category().message(error); }
-
-std::string LowerExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return extension;
-}
-
 bool IsImageExtension(const std::string& extension) {
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) !=
          std::end(kExtensions);
-}
-
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
-
-std::vector<uint8_t> ReadBytes(const std::string& path) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) Fail(error ? error.message() : Reason(ENOENT));
-  if (fs::is_directory(status)) Fail(Reason(EISDIR));
-  if (!fs::is_regular_file(status)) Fail("not a regular file");
-  const uintmax_t size = fs::file_size(path, error);
-  if (error) Fail(error.message());
-  if (size == 0) Fail("the file is empty");
-  if (size > INT_MAX) Fail("the file is larger than 2 GiB");
-  errno = 0;
-  const File file(std::fopen(path.c_str(), "rb"));
-  if (file == nullptr) Fail(Reason(errno));
-  std::vector<uint8_t> bytes(size);
-  const size_t read = std::fread(bytes.data(), 1, bytes.size(), file.get());
-  if (std::ferror(file.get()) != 0) Fail(Reason(errno));
-  bytes.resize(read);
-  return bytes;
 }
 
 template <typename Sample>
@@ -83,15 +46,14 @@ Image ToLuminance(const cv::Mat& mat, uint64_t max) {
 }
 
 Image Decode(std::vector<uint8_t> bytes) {
+  if (bytes.empty()) Fail("the file is empty");
   const ImageFormat format = CheckEncodedImage(&bytes);
   if (format == ImageFormat::kPnm) return DecodePnm(bytes);
-  // A JPEG file holds the luminance itself. Unchanged too means that no orientation tag is applied.
-  const int flags = format == ImageFormat::kJpeg
-                        ? cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION
-                        : cv::IMREAD_UNCHANGED;
+  if (format == ImageFormat::kJpeg) return DecodeJpeg(bytes);
   cv::Mat mat;
   try {
-    mat = cv::imdecode(bytes, flags);
+    // Unchanged also means that no orientation tag is applied.
+    mat = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception& error) {
     Fail("cannot be decoded: " + error.err.substr(0, error.err.find('\n')));
   }
@@ -118,41 +80,12 @@ std::vector<uint8_t> Encode(const ImageView& image, const std::string& extension
        " pixels cannot be encoded in this format");
 }
 
-// Writes next to the target and renames, so that the target is whole at any time.
-void ReplaceFile(const fs::path& path, const std::vector<uint8_t>& bytes) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) Fail(Reason(EISDIR));
-  // Renaming would replace a device or a pipe by a file.
-  if (fs::exists(status) && !fs::is_regular_file(status)) Fail("not a regular file");
-  static std::atomic<unsigned> counter{0};
-  fs::path temporary;
-  File file;
-  for (int attempt = 0; file == nullptr; ++attempt) {
-    temporary = path.parent_path() / (".topotag-" + std::to_string(counter++) + ".tmp");
-    errno = 0;
-    file.reset(std::fopen(temporary.c_str(), "wbx"));
-    if (file == nullptr && (errno != EEXIST || attempt == 1000)) Fail(Reason(errno));
-  }
-  errno = 0;
-  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size();
-  const bool closed = std::fclose(file.release()) == 0;
-  std::string reason = written && closed ? "" : Reason(errno);
-  if (reason.empty()) {
-    fs::rename(temporary, path, error);
-    if (!error) return;
-    reason = error.message();
-  }
-  fs::remove(temporary, error);
-  Fail(reason);
-}
-
 }  // namespace
 
 Image ReadImage(const std::string& path) {
   std::string reason;
   try {
-    return Decode(ReadBytes(path));
+    return Decode(ReadBytes(path, INT_MAX));
   } catch (const Error& error) {
     reason = error.what();
   } catch (const std::bad_alloc&) {
@@ -163,6 +96,7 @@ Image ReadImage(const std::string& path) {
 
 void WriteImage(const ImageView& image, const std::string& path) {
   ValidateImage(image);
+  std::vector<uint8_t> bytes;
   std::string reason;
   try {
     const std::string extension = LowerExtension(path);
@@ -171,13 +105,14 @@ void WriteImage(const ImageView& image, const std::string& path) {
       for (const char* name : kExtensions) known += (known.empty() ? "" : ", ") + std::string(name);
       Fail("unknown image extension '" + extension + "': expected one of " + known);
     }
-    return ReplaceFile(path, Encode(image, extension));
+    bytes = Encode(image, extension);
   } catch (const Error& error) {
     reason = error.what();
   } catch (const std::bad_alloc&) {
     reason = "not enough memory";
   }
-  Fail("cannot write image '" + path + "': " + reason);
+  if (!reason.empty()) Fail("cannot write '" + path + "': " + reason);
+  WriteWholeFile(path, bytes.data(), bytes.size());
 }
 
 std::vector<std::string> ListImages(const std::string& folder) {

@@ -1,26 +1,18 @@
 #include "topotag/marker.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <iterator>
-#include <string_view>
-#include <system_error>
+#include <string>
 
+#include "host/check.h"
 #include "host/outline.h"
-#include "topotag/error.h"
 
 namespace topotag {
 namespace {
 
-constexpr double kPitch = 4;
 constexpr double kNodeWidth = 3;
 constexpr double kHoleWidth = 1;
-constexpr double kBaselineStep = 2;
 constexpr double kClearance = 0.5;
 // Limits that keep every later computation far from overflow and from quadratic run times.
 constexpr double kMaxLength = 10000;
@@ -34,21 +26,6 @@ constexpr Point2 kButterflyHalf[] = {
     {0.84, 0.24},  {0.94, 0.48},  {0.90, 0.78},  {0.70, 0.96},  {0.44, 0.92},  {0.24, 0.72},
     {0.11, 0.60},  {0.05, 0.68},  {0, 0.74}};
 constexpr int kButterflySteps = 8;  // chords between two of these points
-
-[[noreturn]] void Fail(const std::string& message) {
-  throw Error(ErrorCode::kInvalidArgument, message);
-}
-
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%g", value);
-  return text;
-}
-
-Point2 CellCenter(Family family, int row, int column) {
-  const double half = kPitch / 2 * (family.n() - 1);
-  return {kPitch * column - half, kPitch * row - half};
-}
 
 Outline SquareOutline(Point2 center, double side) {
   const double h = side / 2, x = center.x, y = center.y;
@@ -97,20 +74,20 @@ Polygon ButterflyPolygon(double side) {
 Polygon CheckedPolygon(Polygon polygon) {
   if (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
   if (polygon.size() < 3) {
-    Fail("polygon has " + std::to_string(polygon.size()) + " points: at least 3 are needed");
+    FailArgument("polygon has " + std::to_string(polygon.size()) + " points: at least 3 are needed");
   }
   if (polygon.size() > kMaxPolygonPoints) {
-    Fail("polygon has " + std::to_string(polygon.size()) + " points: at most " +
+    FailArgument("polygon has " + std::to_string(polygon.size()) + " points: at most " +
          std::to_string(kMaxPolygonPoints) + " are allowed");
   }
   for (const Point2& p : polygon) {
     // Written so that NaN fails too.
     if (!(std::abs(p.x) <= kMaxLength && std::abs(p.y) <= kMaxLength)) {
-      Fail("polygon point (" + Text(p.x) + ", " + Text(p.y) + ") is not within +-" +
+      FailArgument("polygon point (" + Text(p.x) + ", " + Text(p.y) + ") is not within +-" +
            Text(kMaxLength) + " units");
     }
   }
-  if (!IsSimple(polygon)) Fail("polygon is not simple: its outline touches or crosses itself");
+  if (!IsSimple(polygon)) FailArgument("polygon is not simple: its outline touches or crosses itself");
   if (SignedArea(polygon) < 0) std::reverse(polygon.begin(), polygon.end());
   return polygon;
 }
@@ -120,12 +97,12 @@ void CheckClearance(const Polygon& polygon, const std::vector<std::vector<Outlin
     for (const Outline& outline : node) {
       const std::string where =
           "the node at (" + Text(outline.center.x) + ", " + Text(outline.center.y) + ")";
-      if (!Contains(polygon, outline.center)) Fail("polygon does not contain " + where);
+      if (!Contains(polygon, outline.center)) FailArgument("polygon does not contain " + where);
       const double clearance = outline.radius > 0
                                    ? DistanceToOutline(polygon, outline.center) - outline.radius
                                    : DistanceBetween(polygon, outline.points);
       if (clearance < kClearance - 1e-9) {
-        Fail("polygon leaves " + Text(std::max(clearance, 0.0)) + " units around " + where +
+        FailArgument("polygon leaves " + Text(std::max(clearance, 0.0)) + " units around " + where +
              ": at least " + Text(kClearance) + " is needed");
       }
     }
@@ -175,42 +152,13 @@ void SetBounds(const Outline& outline, MarkerGeometry* geometry) {
   }
 }
 
-void CheckWidth(const char* name, double width) {
-  if (!(width >= 0 && width <= kMaxLength)) {
-    Fail(std::string(name) + " width " + Text(width) + " is not within 0 .. " + Text(kMaxLength) +
-         " units");
-  }
-}
-
-// Parses one "x y" line; false where it is neither that nor blank. `found` tells the two apart.
-bool ParsePoint(std::string_view line, Point2* point, bool* found) {
-  constexpr const char* kBlank = " \t\r";
-  double values[2];
-  int count = 0;
-  line = line.substr(0, line.find('#'));
-  for (;;) {
-    const size_t begin = line.find_first_not_of(kBlank);
-    if (begin == std::string_view::npos) break;
-    line.remove_prefix(begin);
-    const size_t length = std::min(line.find_first_of(kBlank), line.size());
-    if (count == 2) return false;
-    const auto parsed = std::from_chars(line.data(), line.data() + length, values[count]);
-    if (parsed.ec != std::errc() || parsed.ptr != line.data() + length) return false;
-    if (!std::isfinite(values[count++])) return false;
-    line.remove_prefix(length);
-  }
-  *found = count == 2;
-  if (*found) *point = {values[0], values[1]};
-  return count != 1;
-}
-
 }  // namespace
 
 InnerShape ParseInnerShape(const std::string& name) {
   for (const InnerShape shape : {InnerShape::kSquare, InnerShape::kCircle, InnerShape::kHexagon}) {
     if (name == Name(shape)) return shape;
   }
-  Fail("unknown inner shape '" + name + "': expected one of square, circle, hexagon");
+  FailArgument("unknown inner shape '" + name + "': expected one of square, circle, hexagon");
 }
 
 const char* Name(InnerShape shape) {
@@ -241,11 +189,11 @@ const char* Name(OuterShape shape) {
 
 MarkerGeometry BuildMarkerGeometry(const MarkerDesign& design) {
   if (design.id >= design.family.size()) {
-    Fail("ID " + std::to_string(design.id) + " is out of range for family " + design.family.name() +
+    FailArgument("ID " + std::to_string(design.id) + " is out of range for family " + design.family.name() +
          ": 0 .. " + std::to_string(design.family.size() - 1));
   }
-  CheckWidth("frame", design.frame);
-  CheckWidth("margin", design.margin);
+  RequireRange("frame width", design.frame, 0, kMaxLength, "units");
+  RequireRange("margin width", design.margin, 0, kMaxLength, "units");
   MarkerGeometry geometry;
   geometry.white = WhiteOutline(design);
   AddNodes(design, &geometry);
@@ -259,19 +207,6 @@ MarkerGeometry BuildMarkerGeometry(const MarkerDesign& design) {
                                       : geometry.white,
             &geometry);
   return geometry;
-}
-
-std::vector<Point2> ModelVertices(Family family) {
-  const Point2 p1 = CellCenter(family, 0, 0);
-  std::vector<Point2> vertices{p1, {p1.x + kBaselineStep, p1.y}};
-  for (int cell = 2; cell < family.n() * family.n(); ++cell) {
-    vertices.push_back(CellCenter(family, cell / family.n(), cell % family.n()));
-  }
-  return vertices;
-}
-
-bool IdBit(Family family, uint64_t id, int vertex) {
-  return (id >> (family.vertex_count() - 1 - vertex) & 1) != 0;
 }
 
 std::vector<Point2> Tessellate(const Outline& outline, int circle_segments) {
@@ -296,7 +231,7 @@ std::vector<Point2> TessellateUnion(const std::vector<Outline>& outlines, int ci
   const auto is_left = [&](size_t i) { return shape[i % shape.size()].x < middle; };
   size_t enter = 0;
   while (enter < shape.size() && (is_left(enter) || !is_left(enter + 1))) ++enter;
-  if (enter == shape.size()) Fail("outlines do not overlap: they have no union in one piece");
+  if (enter == shape.size()) FailArgument("outlines do not overlap: they have no union in one piece");
   const auto crossing = [&](size_t i) {
     const Point2 a = shape[i % shape.size()], b = shape[(i + 1) % shape.size()];
     return Point2{middle, a.y + (middle - a.x) / (b.x - a.x) * (b.y - a.y)};
@@ -309,32 +244,6 @@ std::vector<Point2> TessellateUnion(const std::vector<Outline>& outlines, int ci
     whole.push_back({2 * middle - whole[k].x, whole[k].y});
   }
   return whole;
-}
-
-std::vector<Point2> ReadPolygon(const std::string& path) {
-  std::error_code ignored;
-  errno = 0;
-  std::ifstream file(path);
-  const bool folder = std::filesystem::is_directory(path, ignored);
-  if (!file || folder) {
-    throw Error(ErrorCode::kFile,
-                "cannot read polygon file '" + path +
-                    "': " + (folder ? "is a folder" : std::generic_category().message(errno)));
-  }
-  Polygon polygon;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    Point2 point;
-    bool found = false;
-    if (!ParsePoint(line, &point, &found)) {
-      throw Error(ErrorCode::kParse, path + ":" + std::to_string(number) +
-                                         ": expected two numbers 'x y', got '" +
-                                         line.substr(0, 40) + "'");
-    }
-    if (found) polygon.push_back(point);
-  }
-  if (polygon.empty()) throw Error(ErrorCode::kParse, path + ": the file holds no point");
-  return polygon;
 }
 
 }  // namespace topotag

@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
-#include "host/decode.h"
 #include "host/vertices.h"
+#include "topotag/marker.h"
 
 namespace topotag {
 namespace {
@@ -230,7 +230,7 @@ bool EstimatePose(Family family, const VertexList& vertices, const Homography& m
                   const Camera& camera, double tag_size, Pose* pose) {
   Problem problem{camera, family.vertex_count(), {}, vertices};
   for (int i = 0; i < problem.count; ++i) {
-    problem.model[static_cast<size_t>(i)] = ModelVertex(family.n(), i);
+    problem.model[static_cast<size_t>(i)] = ModelVertex(family, i);
   }
   const Homography normalized = ToNormalized(map, camera);
   Matrix3d rotations[2];

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/area_raster.h"
+#include "host/check.h"
 #include "host/tag_projector.h"
 #include "topotag/error.h"
 
@@ -23,15 +24,11 @@ constexpr int kBandPixels = 1 << 19;
 
 using Polygon = std::vector<Point2>;
 
-[[noreturn]] void Fail(const std::string& message) {
-  throw Error(ErrorCode::kInvalidArgument, message);
-}
-
 void ValidateScene(const Scene& scene) {
   ValidateCamera(scene.camera);
   for (const int side : {scene.camera.width, scene.camera.height}) {
     if (side >= 1 && side <= kMaxImageSide) continue;
-    Fail("scene: the camera's image size " + std::to_string(scene.camera.width) + "x" +
+    FailArgument("scene: the camera's image size " + std::to_string(scene.camera.width) + "x" +
          std::to_string(scene.camera.height) + " is not within 1x1 .. " +
          std::to_string(kMaxImageSide) + "x" + std::to_string(kMaxImageSide));
   }
@@ -148,6 +145,8 @@ struct AxisTaps {
 // the target is finer. `scale` is target pixels per source pixel, the centres coincide.
 AxisTaps MakeTaps(int source, int target, double scale) {
   AxisTaps taps;
+  taps.first.reserve(static_cast<size_t>(target));
+  taps.weights.reserve(static_cast<size_t>(target));
   for (int i = 0; i < target; ++i) {
     const double center = (i - 0.5 * (target - 1)) / scale + 0.5 * (source - 1);
     const double half = std::max(0.5 / scale, 0.5);
@@ -155,6 +154,7 @@ AxisTaps MakeTaps(int source, int target, double scale) {
     const int last =
         std::clamp(static_cast<int>(std::ceil(center + half - 0.5)), first, source - 1);
     std::vector<double> weights;
+    weights.reserve(static_cast<size_t>(last - first) + 1);
     double sum = 0;
     for (int s = first; s <= last; ++s) {
       const double overlap = std::min(center + half, s + 0.5) - std::max(center - half, s - 0.5);
@@ -242,6 +242,7 @@ Image RenderScene(const Scene& scene) {
   ValidateScene(scene);
   const PixelResponse response(scene.blur);
   std::vector<ProjectedMarker> markers;
+  markers.reserve(scene.markers.size());
   for (int i = 0; i < static_cast<int>(scene.markers.size()); ++i) {
     markers.push_back(ProjectMarker(scene, i, response.reach()));
   }
@@ -270,7 +271,7 @@ Image RenderScene(const Scene& scene) {
 Detection GroundTruth(const Scene& scene, int marker) {
   ValidateScene(scene);
   if (marker < 0 || marker >= static_cast<int>(scene.markers.size())) {
-    Fail("marker " + std::to_string(marker) + " is not one of the scene's " +
+    FailArgument("marker " + std::to_string(marker) + " is not one of the scene's " +
          std::to_string(scene.markers.size()));
   }
   const TagProjector project(scene, marker);

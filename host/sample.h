@@ -37,19 +37,37 @@ struct LocalMap {
   Point2 center;
 };
 
-/// Mean grey level on the outline of the rectangle with half sides `half`, in units, around the
-/// centre.
-inline double RingLevel(const ImageView& image, const LocalMap& map, Point2 half) {
+/// A grey level that varies linearly: level at the centre, and its change per unit of u and v.
+struct Shade {
+  double level = 0;
+  Point2 gradient;
+};
+
+/// Least-squares plane through the grey levels on the outline of the rectangle with half sides
+/// `half`, in units, around the centre.
+inline Shade RingShade(const ImageView& image, const LocalMap& map, Point2 half) {
   constexpr int kPerSide = 6;
   double sum = 0;
+  Point2 moment;
+  Point2 square;
   for (int i = 0; i < kPerSide; ++i) {
     const double along = 2.0 * i / kPerSide - 1;
     const double x = half.x * along;
     const double y = half.y * along;
-    sum += Bilinear(image, map.At({x, -half.y})) + Bilinear(image, map.At({half.x, y})) +
-           Bilinear(image, map.At({-x, half.y})) + Bilinear(image, map.At({-half.x, -y}));
+    // The four points are symmetric to the centre in pairs: mean and gradient are independent.
+    for (const Point2 p : {Point2{x, -half.y}, {half.x, y}, {-x, half.y}, {-half.x, -y}}) {
+      const double grey = Bilinear(image, map.At(p));
+      sum += grey;
+      moment = {moment.x + grey * p.x, moment.y + grey * p.y};
+      square = {square.x + p.x * p.x, square.y + p.y * p.y};
+    }
   }
-  return sum / (4 * kPerSide);
+  return {sum / (4 * kPerSide), {moment.x / square.x, moment.y / square.y}};
+}
+
+/// Its mean.
+inline double RingLevel(const ImageView& image, const LocalMap& map, Point2 half) {
+  return RingShade(image, map, half).level;
 }
 
 }  // namespace topotag

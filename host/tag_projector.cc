@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
-#include "topotag/error.h"
+#include "host/check.h"
 
 namespace topotag {
 namespace {
@@ -15,24 +14,14 @@ constexpr double kMinDepth = 1e-3;
 constexpr int kMaxCircleSegments = 1 << 14;
 constexpr int kMaxEdgeDepth = 10;
 
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%g", value);
-  return text;
-}
-
-[[noreturn]] void Fail(const std::string& message) {
-  throw Error(ErrorCode::kInvalidArgument, message);
-}
-
 void ValidateMarker(const SceneMarker& marker, const std::string& name) {
   if (!(marker.tag_size > 0 && std::isfinite(marker.tag_size))) {
-    Fail(name + ": tag size " + Text(marker.tag_size) + " is not positive and finite");
+    FailArgument(name + ": tag size " + Text(marker.tag_size) + " is not positive and finite");
   }
   RequireRange(name + ": black", marker.black, 0, 255);
   RequireRange(name + ": white", marker.white, 0, 255);
   for (const double value : marker.t) {
-    if (!std::isfinite(value)) Fail(name + ": translation " + Text(value) + " is not finite");
+    if (!std::isfinite(value)) FailArgument(name + ": translation " + Text(value) + " is not finite");
   }
   const Matrix3& r = marker.R;
   bool orthonormal = true;
@@ -42,20 +31,14 @@ void ValidateMarker(const SceneMarker& marker, const std::string& name) {
       if (!(std::abs(dot - (i == j)) <= kRotationTolerance)) orthonormal = false;
     }
   }
-  if (!orthonormal) Fail(name + ": R is not a rotation: its rows are not orthonormal");
+  if (!orthonormal) FailArgument(name + ": R is not a rotation: its rows are not orthonormal");
   const double determinant = r[0][0] * (r[1][1] * r[2][2] - r[1][2] * r[2][1]) -
                              r[0][1] * (r[1][0] * r[2][2] - r[1][2] * r[2][0]) +
                              r[0][2] * (r[1][0] * r[2][1] - r[1][1] * r[2][0]);
-  if (determinant < 0) Fail(name + ": R is a reflection, not a rotation");
+  if (determinant < 0) FailArgument(name + ": R is a reflection, not a rotation");
 }
 
 }  // namespace
-
-void RequireRange(const std::string& name, double value, double low, double high) {
-  // Written so that NaN fails too.
-  if (value >= low && value <= high) return;
-  Fail(name + " " + Text(value) + " is not within " + Text(low) + " .. " + Text(high));
-}
 
 TagProjector::TagProjector(const Scene& scene, int index)
     : camera_(scene.camera),
@@ -72,7 +55,7 @@ Point2 TagProjector::Normalized(Point2 tag) const {
   const double x = tag.x * unit_, y = tag.y * unit_;
   const double z = r[2][0] * x + r[2][1] * y + t[2];
   if (!(z > kMinDepth * marker_.tag_size)) {
-    Fail(name_ + ": the point (" + Text(tag.x) + ", " + Text(tag.y) +
+    FailArgument(name_ + ": the point (" + Text(tag.x) + ", " + Text(tag.y) +
          ") units is not in front of the camera: z = " + Text(z) + " m");
   }
   return {(r[0][0] * x + r[0][1] * y + t[0]) / z, (r[1][0] * x + r[1][1] * y + t[1]) / z};
@@ -103,7 +86,7 @@ void TagProjector::CheckLens(Point2 tag, Point2 pixel) const {
 }
 
 void TagProjector::FailBeyondLens(Point2 tag) const {
-  Fail(name_ + ": the point (" + Text(tag.x) + ", " + Text(tag.y) +
+  FailArgument(name_ + ": the point (" + Text(tag.x) + ", " + Text(tag.y) +
        ") units lies beyond the lens model's range");
 }
 

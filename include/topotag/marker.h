@@ -54,10 +54,17 @@ struct MarkerGeometry {
 ///         a node.
 MarkerGeometry BuildMarkerGeometry(const MarkerDesign& design);
 
-/// The n*n model vertices in units: v0 = p1, v1 = p2, then row-major from cell (0, 2).
+/// Model vertex i of a family in units: v0 = p1, v1 = p2, then row-major from cell (0, 2).
+Point2 ModelVertex(Family family, int i);
+/// All n*n of them.
 std::vector<Point2> ModelVertices(Family family);
 
-/// Bit of model vertex `vertex` (2 .. n*n-1) in `id`; vertex 2 is the most significant bit.
+/// The code of an ID as the bits of its vertices: bit i is that of model vertex i, 2 <= i < n*n,
+/// 1 = a hole; bits 0 and 1 are 0. (In the ID, vertex 2 is the most significant bit.)
+uint64_t VertexBits(Family family, uint64_t id);
+/// Inverse of VertexBits.
+uint64_t IdFromVertexBits(Family family, uint64_t bits);
+/// Bit of one model vertex, 2 <= vertex < n*n.
 bool IdBit(Family family, uint64_t id, int vertex);
 
 /// An outline as a polygon; circles get `circle_segments` sides of equal area to the circle.

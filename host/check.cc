@@ -1,0 +1,28 @@
+#include "host/check.h"
+
+#include <cstdio>
+
+#include "topotag/error.h"
+
+namespace topotag {
+
+std::string Text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%g", value);
+  return text;
+}
+
+void FailArgument(const std::string& message) {
+  throw Error(ErrorCode::kInvalidArgument, message);
+}
+
+void RequireRange(const std::string& name, double value, double low, double high,
+                  const std::string& unit) {
+  // Written so that NaN fails too.
+  if (value >= low && value <= high) return;
+  const std::string with_unit = unit.empty() ? "" : " " + unit;
+  FailArgument(name + " " + Text(value) + with_unit + " is not within " + Text(low) + " .. " +
+               Text(high) + with_unit);
+}
+
+}  // namespace topotag
