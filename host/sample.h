@@ -37,7 +37,7 @@ struct LocalMap {
   Point2 center;
 };
 
-/// A grey level that varies linearly: level at the centre, and its change per unit of u and v.
+/// White or black that varies linearly: grey level at a point, and its change per unit of u and v.
 struct Shade {
   double level = 0;
   Point2 gradient;
@@ -51,7 +51,7 @@ inline Shade RingShade(const ImageView& image, const LocalMap& map, Point2 half)
   Point2 moment;
   Point2 square;
   for (int i = 0; i < kPerSide; ++i) {
-    const double along = 2.0 * i / kPerSide - 1;
+    const double along = (2.0 * i + 1) / kPerSide - 1;
     const double x = half.x * along;
     const double y = half.y * along;
     // The four points are symmetric to the centre in pairs: mean and gradient are independent.
@@ -65,7 +65,7 @@ inline Shade RingShade(const ImageView& image, const LocalMap& map, Point2 half)
   return {sum / (4 * kPerSide), {moment.x / square.x, moment.y / square.y}};
 }
 
-/// Its mean.
+/// Mean grey level on that outline.
 inline double RingLevel(const ImageView& image, const LocalMap& map, Point2 half) {
   return RingShade(image, map, half).level;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "host/sample.h"
 #include "topotag/marker.h"
@@ -13,7 +14,10 @@ namespace {
 // A support that is off by some tenths of a pixel pulls the centroid by a twentieth of that: the
 // second pass starts from where the first one ended.
 constexpr int kPasses = 2;
-constexpr double kMinDelta = 2;     // pixels
+constexpr double kMinDelta = 2;  // pixels
+// Largest gradient of the gaps' white by blur alone, per unit, at 1 pixel a unit; it falls with the
+// square of the resolution.
+constexpr double kBlurShading = 0.5;
 constexpr double kHalfGap = 0.5;    // units
 constexpr double kMinSignal = 0.2;  // of the signal of an unblurred shape
 constexpr double kMaxOffset = 0.5;  // from the expected place, units
@@ -123,25 +127,74 @@ Point2 ShapeBias(const TagMap& map, Point2 tag, const LocalMap& at, Point2 m) {
   return map.HasLens() ? LensBias(map, tag, at, m) : HomographyBias(map.ideal, tag, at.j, m);
 }
 
-// Measured place of the shape's centre, the model's point `tag`, pixels; where `tag_map` takes it
-// if there is too little contrast.
-Point2 MeasureCenter(const ImageView& image, const TagMap& tag_map, Point2 tag,
-                     const Shape& shape) {
-  LocalMap map(tag_map, tag);
-  const Point2 expected = map.center;
-  const Point2 bias = ShapeBias(tag_map, tag, map, shape.second_moment);
-  map.center = {expected.x + bias.x, expected.y + bias.y};
+// A shape where it is expected in the image.
+struct Target {
+  Point2 tag;  // of its centre, units
+  Shape shape;
+  LocalMap map;  // its centre moved to where the centroid is expected
+  Point2 bias;   // by this, pixels
+  Shade white;   // of the gaps around it
+};
+
+Target MakeTarget(const ImageView& image, const TagMap& map, Point2 tag, const Shape& shape) {
+  Target target{tag, shape, LocalMap(map, tag), {}, {}};
+  target.bias = ShapeBias(map, tag, target.map, shape.second_moment);
+  target.map.center.x += target.bias.x;
+  target.map.center.y += target.bias.y;
+  const Point2 ring{shape.half.x + kHalfGap, shape.half.y + kHalfGap};
+  target.white = RingShade(image, target.map, ring);
+  return target;
+}
+
+// Change of the white across the marker, grey levels per unit: least-squares plane through the
+// targets' levels.
+Point2 FitShading(const std::vector<Target>& targets) {
+  const double n = static_cast<double>(targets.size());
+  Point2 mean;
+  for (const Target& t : targets) mean = {mean.x + t.tag.x / n, mean.y + t.tag.y / n};
+  double xx = 0, xy = 0, yy = 0, xw = 0, yw = 0;
+  for (const Target& t : targets) {
+    const double x = t.tag.x - mean.x;
+    const double y = t.tag.y - mean.y;
+    xx += x * x;
+    xy += x * y;
+    yy += y * y;
+    xw += x * t.white.level;
+    yw += y * t.white.level;
+  }
+  const double det = xx * yy - xy * xy;
+  return {(xw * yy - yw * xy) / det, (yw * xx - xw * xy) / det};
+}
+
+// The shading at one target: that of the whole marker, plus what its own gaps show beyond doubt.
+// Around a small node, what lies beyond the gaps (nodes on one side, the frame on the other) blurs
+// into them by more than the light changes.
+Point2 LocalShading(const Target& target, Point2 whole) {
+  const Jacobian2& j = target.map.j;
+  const double unit = std::abs(target.map.Determinant()) /
+                      std::max(std::hypot(j[3], j[1]), std::hypot(j[0], j[2]));  // pixels
+  const double blur = kBlurShading * target.white.level / (unit * unit);
+  const Point2 local{target.white.gradient.x - whole.x, target.white.gradient.y - whole.y};
+  const double size = std::hypot(local.x, local.y);
+  const double trust = size > blur ? 1 - blur / size : 0;
+  return {whole.x + trust * local.x, whole.y + trust * local.y};
+}
+
+// Measured place of the target's centre, pixels; the expected one if there is too little contrast.
+Point2 MeasureCenter(const ImageView& image, const Target& target, Point2 shading) {
+  const LocalMap& map = target.map;
+  const Point2 half = target.shape.half;
+  const Point2 expected{map.center.x - target.bias.x, map.center.y - target.bias.y};
   const double unit = std::sqrt(std::abs(map.Determinant()));  // pixels
-  const double side = 2 * shape.half.y;
-  const double delta = std::min(std::max(kMinDelta / unit, side / 10), kHalfGap);
-  const Shade white = RingShade(image, map, {shape.half.x + kHalfGap, shape.half.y + kHalfGap});
-  const double black = RingLevel(image, map, {shape.half.x - kHalfGap, shape.half.y - kHalfGap});
-  const double contrast = 1 - black / white.level;
-  const double full_signal = 4 * shape.half.x * shape.half.y * unit * unit * contrast;
+  const double delta = std::min(std::max(kMinDelta / unit, 2 * half.y / 10), kHalfGap);
+  const double black = RingLevel(image, map, {half.x - kHalfGap, half.y - kHalfGap});
+  const double contrast = 1 - black / target.white.level;
+  const double full_signal = 4 * half.x * half.y * unit * unit * contrast;
   Point2 offset;
   if (!(contrast > 0) ||
-      !Centroid(image, map, {shape.half.x + delta, shape.half.y + delta}, white,
-                kMinSignal * full_signal, &offset) ||
+      !Centroid(image, map, {half.x + delta, half.y + delta},
+                {target.white.level, LocalShading(target, shading)}, kMinSignal * full_signal,
+                &offset) ||
       !(std::hypot(offset.x, offset.y) < kMaxOffset * unit)) {
     return expected;
   }
@@ -166,16 +219,19 @@ void MeasureNodes(const ImageView& image, const NodeShapes& shapes, Decoded* dec
   const Family family = decoded->family;
   const uint64_t bits = VertexBits(family, decoded->id);
   TagMap& map = decoded->map;
+  std::vector<Target> targets;
+  targets.push_back(MakeTarget(image, map, BaselineCenter(family), shapes.baseline));
+  for (int i = 2; i < family.vertex_count(); ++i) {
+    const Shape& shape = (bits >> i & 1) != 0 ? shapes.ring : shapes.solid;
+    targets.push_back(MakeTarget(image, map, ModelVertex(family, i), shape));
+  }
+  const Point2 shading = FitShading(targets);
   std::array<Point2, kMaxVertices> ideal;
   bool inside_lens = true;
   measured->count = family.node_count();
-  for (int i = 0; i < measured->count; ++i) {
-    const auto k = static_cast<size_t>(i);
-    const Point2 model = i == 0 ? BaselineCenter(family) : ModelVertex(family, i + 1);
-    const bool has_hole = (bits >> (i + 1) & 1) != 0;
-    const Shape& shape = i == 0 ? shapes.baseline : has_hole ? shapes.ring : shapes.solid;
-    measured->model[k] = model;
-    measured->pixel[k] = MeasureCenter(image, map, model, shape);
+  for (size_t k = 0; k < targets.size(); ++k) {
+    measured->model[k] = targets[k].tag;
+    measured->pixel[k] = MeasureCenter(image, targets[k], shading);
     inside_lens = inside_lens && PixelToIdeal(map.camera, measured->pixel[k], &ideal[k]);
   }
   Homography refined;
