@@ -13,9 +13,11 @@ namespace {
 constexpr Point2 kBodyRing{1, 1};   // half sides of the square in the middle of the body, units
 constexpr Point2 kGapRing{2, 2};    // the same of the gap
 constexpr double kMinContrast = 6;  // of the gap to the body, grey levels
-// Holes and solid nodes must differ by this much of the contrast; two nodes of the same kind differ
-// by less than half of it.
+// Holes and solid nodes must differ by this much of the contrast.
 constexpr double kMinSpread = 0.2;
+// Nodes of one kind, and relative variance of their resolution, that a slope is fitted to.
+constexpr int kMinForSlope = 6;
+constexpr double kMinVariance = 1e-3;
 // The darkest of all nodes with holes, in parts of the baseline node's.
 constexpr double kMinOpen = 0.15;
 // A node this near to the middle between both kinds, in parts of their difference, is neither.
@@ -31,34 +33,63 @@ double Contrast(const ImageView& image, const LocalMap& map) {
   return RingLevel(image, map, kGapRing) - RingLevel(image, map, kBodyRing);
 }
 
+// The brightness of nodes of one kind as a line over the local resolution, which perspective lets
+// vary across the marker.
+class Kind {
+ public:
+  void Add(double resolution, double hole) {
+    ++count_;
+    sum_x_ += resolution;
+    sum_y_ += hole;
+    sum_xx_ += resolution * resolution;
+    sum_xy_ += resolution * hole;
+  }
+  int count() const { return count_; }
+  double At(double resolution) const {
+    const double mean_x = sum_x_ / count_;
+    const double variance = sum_xx_ / count_ - mean_x * mean_x;
+    const double covariance = sum_xy_ / count_ - mean_x * sum_y_ / count_;
+    const bool steep = count_ >= kMinForSlope && variance > kMinVariance * mean_x * mean_x;
+    const double slope = steep ? covariance / variance : 0;
+    return sum_y_ / count_ + slope * (resolution - mean_x);
+  }
+
+ private:
+  int count_ = 0;
+  double sum_x_ = 0, sum_y_ = 0, sum_xx_ = 0, sum_xy_ = 0;
+};
+
 }  // namespace
 
 bool ConfirmBits(const ImageView& image, Decoded* decoded) {
   const Family family = decoded->family;
   const int count = family.vertex_count();
-  std::array<double, kMaxVertices> hole;
-  double solid = INFINITY;
+  const uint64_t read = VertexBits(family, decoded->id) | 3;  // p1 and p2 are holes
+  std::array<double, kMaxVertices> hole{};
+  std::array<double, kMaxVertices> resolution{};
+  Kind kinds[2];
   double mean_contrast = 0;
-  for (int i = 2; i < count; ++i) {
+  double darkest = INFINITY;
+  for (int i = count - 1; i >= 0; --i) {
+    const auto k = static_cast<size_t>(i);
     const LocalMap map(decoded->map, ModelVertex(family, i));
-    const double contrast = Contrast(image, map);
+    const double contrast = i < 2 ? mean_contrast : Contrast(image, map);
     if (!(contrast > kMinContrast)) return false;
-    hole[static_cast<size_t>(i)] = Hole(image, map, contrast);
-    solid = std::min(solid, hole[static_cast<size_t>(i)]);
-    mean_contrast += contrast / (count - 2);
+    if (i >= 2) mean_contrast += contrast / (count - 2);
+    resolution[k] = std::sqrt(std::abs(map.Determinant()));
+    hole[k] = Hole(image, map, contrast);
+    kinds[read >> i & 1].Add(resolution[k], hole[k]);
+    darkest = std::min(darkest, hole[k]);
   }
-  double open = 0;
-  for (int i = 0; i < 2; ++i) {
-    open += Hole(image, LocalMap(decoded->map, ModelVertex(family, i)), mean_contrast) / 2;
-  }
-  const double spread = open - solid;
-  const bool all_open = decoded->id == family.size() - 1;
-  if (all_open && solid > kMinOpen * open) return true;  // there is no solid node to compare with
-  if (!(spread > kMinSpread)) return false;
+  if (kinds[0].count() == 0) return darkest > kMinOpen * kinds[1].At(resolution[0]);
 
   uint64_t bits = 0;
   for (int i = 2; i < count; ++i) {
-    const double from_middle = (hole[static_cast<size_t>(i)] - solid) / spread - 0.5;
+    const auto k = static_cast<size_t>(i);
+    const double solid = kinds[0].At(resolution[k]);
+    const double spread = kinds[1].At(resolution[k]) - solid;
+    if (!(spread > kMinSpread)) return false;
+    const double from_middle = (hole[k] - solid) / spread - 0.5;
     if (std::abs(from_middle) < kUndecided) return false;
     bits |= static_cast<uint64_t>(from_middle > 0) << i;
   }

@@ -65,7 +65,10 @@ bool Centroid(const ImageView& image, const LocalMap& map, Point2 half, const Sh
   const int x1 = std::min(static_cast<int>(std::floor(map.center.x + extent_x)), image.width - 1);
   const int y0 = std::max(static_cast<int>(std::ceil(map.center.y - extent_y)), 0);
   const int y1 = std::min(static_cast<int>(std::floor(map.center.y + extent_y)), image.height - 1);
-  const Point2 slope{white.gradient.x / white.level, white.gradient.y / white.level};
+  // The unit coordinates and 1 / white, to first order in the shading, are linear in the pixel.
+  const Jacobian2 inverse{j[3] / det, -j[1] / det, -j[2] / det, j[0] / det};
+  const Point2 slope{-white.gradient.x / (white.level * white.level),
+                     -white.gradient.y / (white.level * white.level)};
   const double inverse_level = 1 / white.level;
   double sum = 0;
   double sum_x = 0;
@@ -75,16 +78,14 @@ bool Centroid(const ImageView& image, const LocalMap& map, Point2 half, const Sh
     const double dy = y - map.center.y;
     for (int x = x0; x <= x1; ++x) {
       const double dx = x - map.center.x;
-      const double u = (j[3] * dx - j[1] * dy) / det;
-      const double v = (j[0] * dy - j[2] * dx) / det;
+      const double u = inverse[0] * dx + inverse[1] * dy;
+      const double v = inverse[2] * dx + inverse[3] * dy;
       // How far inside the support, in pixels.
       const double inside_u = (reach_u - std::abs(u)) * pitch_u;
       const double inside_v = (reach_v - std::abs(v)) * pitch_v;
-      if (inside_u <= 0 || inside_v <= 0) continue;
-      // 1 / white to first order in the shading.
-      const double shade = slope.x * u + slope.y * v;
-      const double darkness = 1 - row[x] * inverse_level * (1 - shade);
-      const double signal = std::min(inside_u, 1.0) * std::min(inside_v, 1.0) * darkness;
+      const double weight = std::clamp(inside_u, 0.0, 1.0) * std::clamp(inside_v, 0.0, 1.0);
+      const double inverse_white = inverse_level + slope.x * u + slope.y * v;
+      const double signal = weight * (1 - row[x] * inverse_white);
       sum += signal;
       sum_x += signal * dx;
       sum_y += signal * dy;

@@ -60,10 +60,22 @@ Point2 ModelVertex(Family family, int i);
 std::vector<Point2> ModelVertices(Family family);
 
 /// The code of an ID as the bits of its vertices: bit i is that of model vertex i, 2 <= i < n*n,
-/// 1 = a hole; bits 0 and 1 are 0. (In the ID, vertex 2 is the most significant bit.)
-uint64_t VertexBits(Family family, uint64_t id);
+/// 1 = a hole; bits 0 and 1 are 0. In the ID, vertex 2 is the most significant bit: the same bits
+/// in reverse.
+inline uint64_t VertexBits(Family family, uint64_t id) {
+  uint64_t v = id;
+  v = (v >> 1 & 0x5555555555555555) | (v & 0x5555555555555555) << 1;
+  v = (v >> 2 & 0x3333333333333333) | (v & 0x3333333333333333) << 2;
+  v = (v >> 4 & 0x0f0f0f0f0f0f0f0f) | (v & 0x0f0f0f0f0f0f0f0f) << 4;
+  v = (v >> 8 & 0x00ff00ff00ff00ff) | (v & 0x00ff00ff00ff00ff) << 8;
+  v = (v >> 16 & 0x0000ffff0000ffff) | (v & 0x0000ffff0000ffff) << 16;
+  v = v >> 32 | v << 32;
+  return v >> (64 - family.vertex_count());
+}
+
 /// Inverse of VertexBits.
-uint64_t IdFromVertexBits(Family family, uint64_t bits);
+inline uint64_t IdFromVertexBits(Family family, uint64_t bits) { return VertexBits(family, bits); }
+
 /// Bit of one model vertex, 2 <= vertex < n*n.
 bool IdBit(Family family, uint64_t id, int vertex);
 
