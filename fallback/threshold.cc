@@ -120,7 +120,8 @@ void DefaultMap(const ImageView& image, const ThresholdParams& params, Threshold
     // Rounded down to the fixed point's 8ths of a grey level.
     grid->value[i] = contrast < params.min_contrast
                          ? kNone
-                         : static_cast<uint16_t>(8 * ws->corner_min[i] + ((params.contrast_sixteenths * contrast) >> 1));
+                         : static_cast<uint16_t>(8 * ws->corner_min[i] +
+                                                 ((params.contrast_sixteenths * contrast) >> 1));
   }
   ws->pyramid.resize(PyramidSize(grid->cols, grid->rows));
   if (!PushPull(grid->cols, grid->rows, grid->value.data(), &ws->pyramid, 0)) {

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <string>
 
-#include "topotag/error.h"
+#include "host/check.h"
 
 namespace topotag {
 namespace {
@@ -302,8 +302,7 @@ bool FisheyeUndistort(const double* k, Point2 target, Point2* result) {
 
 void Require(bool condition, const char* field, double value, const char* reason) {
   if (condition) return;
-  throw Error(ErrorCode::kInvalidArgument,
-              std::string("camera: ") + field + " " + std::to_string(value) + " " + reason);
+  FailArgument(std::string("camera: ") + field + " " + Text(value) + " " + reason);
 }
 
 }  // namespace
@@ -318,9 +317,8 @@ void ValidateCamera(const Camera& camera) {
   Require(camera.width >= 0, "width", camera.width, "is negative");
   Require(camera.height >= 0, "height", camera.height, "is negative");
   if ((camera.width == 0) != (camera.height == 0)) {
-    throw Error(ErrorCode::kInvalidArgument, "camera: size " + std::to_string(camera.width) + "x" +
-                                                 std::to_string(camera.height) +
-                                                 " has only one of width and height");
+    FailArgument("camera: size " + std::to_string(camera.width) + "x" +
+                 std::to_string(camera.height) + " has only one of width and height");
   }
   for (size_t i = 0; i < camera.distortion.size(); ++i) {
     const std::string field = "distortion[" + std::to_string(i) + "]";

@@ -12,9 +12,7 @@ std::string Text(double value) {
   return text;
 }
 
-void FailArgument(const std::string& message) {
-  throw Error(ErrorCode::kInvalidArgument, message);
-}
+void FailArgument(const std::string& message) { throw Error(ErrorCode::kInvalidArgument, message); }
 
 void RequireRange(const std::string& name, double value, double low, double high,
                   const std::string& unit) {

@@ -23,7 +23,7 @@ std::string ReadText(const std::string& path, size_t max_size);
 
 /// A file that appears under its name only when it is complete: written under a temporary name
 /// in the same folder, then renamed. A failure leaves neither of the two, and an old file stays.
-/// Where the path is a symbolic link, the file that it points to is replaced.
+/// Where the path is a symbolic link to a file, that file is replaced.
 /// Every error is an Error (kFile) "cannot write 'PATH': REASON".
 class OutputFile {
  public:

@@ -58,9 +58,9 @@ struct Print {
     RequireRange("resolution", print.dpi, kMinDpi, kMaxDpi, "dpi");
     const double pixels = unit * print.dpi / 25.4;
     if (pixels < 1) {
-      FailArgument("a unit of " + Text(pixels) + " px is too small to draw (size " + Text(print.size_mm) +
-           " mm at " + Text(print.dpi) + " dpi, family " + design.family.name() +
-           "): at least 1 px is needed");
+      FailArgument("a unit of " + Text(pixels) + " px is too small to draw (size " +
+                   Text(print.size_mm) + " mm at " + Text(print.dpi) + " dpi, family " +
+                   design.family.name() + "): at least 1 px is needed");
     }
   }
 
@@ -144,10 +144,10 @@ struct SheetLayout {
     const double free_width = sheet.page_width_mm - 2 * sheet.page_margin_mm + kSlackMm;
     const double free_height = sheet.page_height_mm - 2 * sheet.page_margin_mm + kSlackMm;
     if (width > free_width || height + gap > free_height) {
-      FailArgument("a marker of " + Text(width) + " x " + Text(height) + " mm with a gap of " + Text(gap) +
-           " mm below it does not fit a page of " + Text(sheet.page_width_mm) + " x " +
-           Text(sheet.page_height_mm) + " mm with margins of " + Text(sheet.page_margin_mm) +
-           " mm");
+      FailArgument("a marker of " + Text(width) + " x " + Text(height) + " mm with a gap of " +
+                   Text(gap) + " mm below it does not fit a page of " + Text(sheet.page_width_mm) +
+                   " x " + Text(sheet.page_height_mm) + " mm with margins of " +
+                   Text(sheet.page_margin_mm) + " mm");
     }
     columns = static_cast<size_t>((free_width + gap) / (width + gap));
     rows = static_cast<size_t>(free_height / (height + gap));
@@ -155,9 +155,9 @@ struct SheetLayout {
   }
 
   Point2 CellCorner(size_t index) const {
-    const size_t cell = index % (columns * rows);
-    return {left + static_cast<double>(cell % columns) * (cell_width + gap),
-            top + static_cast<double>(cell / columns) * (cell_height + gap)};
+    const size_t column = index % columns, row = index / columns % rows;
+    return {left + static_cast<double>(column) * (cell_width + gap),
+            top + static_cast<double>(row) * (cell_height + gap)};
   }
 
   double cell_width, cell_height, gap, top, left;
@@ -208,8 +208,8 @@ void WriteSheet(const std::vector<MarkerDesign>& designs, const PrintOptions& op
   const size_t per_page = layout.columns * layout.rows;
   if (format != PrintFormat::kPdf && designs.size() > per_page) {
     FailArgument(std::to_string(designs.size()) + " markers need " +
-         std::to_string((designs.size() + per_page - 1) / per_page) +
-         " pages: PNG and SVG hold one, PDF as many as needed");
+                 std::to_string((designs.size() + per_page - 1) / per_page) +
+                 " pages: PNG and SVG hold one, PDF as many as needed");
   }
   const auto surface =
       MakePrintSurface(format, sheet.page_width_mm, sheet.page_height_mm, options.dpi);

@@ -74,20 +74,22 @@ Polygon ButterflyPolygon(double side) {
 Polygon CheckedPolygon(Polygon polygon) {
   if (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
   if (polygon.size() < 3) {
-    FailArgument("polygon has " + std::to_string(polygon.size()) + " points: at least 3 are needed");
+    FailArgument("polygon has " + std::to_string(polygon.size()) +
+                 " points: at least 3 are needed");
   }
   if (polygon.size() > kMaxPolygonPoints) {
     FailArgument("polygon has " + std::to_string(polygon.size()) + " points: at most " +
-         std::to_string(kMaxPolygonPoints) + " are allowed");
+                 std::to_string(kMaxPolygonPoints) + " are allowed");
   }
   for (const Point2& p : polygon) {
     // Written so that NaN fails too.
     if (!(std::abs(p.x) <= kMaxLength && std::abs(p.y) <= kMaxLength)) {
       FailArgument("polygon point (" + Text(p.x) + ", " + Text(p.y) + ") is not within +-" +
-           Text(kMaxLength) + " units");
+                   Text(kMaxLength) + " units");
     }
   }
-  if (!IsSimple(polygon)) FailArgument("polygon is not simple: its outline touches or crosses itself");
+  if (!IsSimple(polygon))
+    FailArgument("polygon is not simple: its outline touches or crosses itself");
   if (SignedArea(polygon) < 0) std::reverse(polygon.begin(), polygon.end());
   return polygon;
 }
@@ -103,7 +105,7 @@ void CheckClearance(const Polygon& polygon, const std::vector<std::vector<Outlin
                                    : DistanceBetween(polygon, outline.points);
       if (clearance < kClearance - 1e-9) {
         FailArgument("polygon leaves " + Text(std::max(clearance, 0.0)) + " units around " + where +
-             ": at least " + Text(kClearance) + " is needed");
+                     ": at least " + Text(kClearance) + " is needed");
       }
     }
   }
@@ -189,8 +191,8 @@ const char* Name(OuterShape shape) {
 
 MarkerGeometry BuildMarkerGeometry(const MarkerDesign& design) {
   if (design.id >= design.family.size()) {
-    FailArgument("ID " + std::to_string(design.id) + " is out of range for family " + design.family.name() +
-         ": 0 .. " + std::to_string(design.family.size() - 1));
+    FailArgument("ID " + std::to_string(design.id) + " is out of range for family " +
+                 design.family.name() + ": 0 .. " + std::to_string(design.family.size() - 1));
   }
   RequireRange("frame width", design.frame, 0, kMaxLength, "units");
   RequireRange("margin width", design.margin, 0, kMaxLength, "units");
@@ -223,7 +225,7 @@ std::vector<Point2> Tessellate(const Outline& outline, int circle_segments) {
 }
 
 std::vector<Point2> TessellateUnion(const std::vector<Outline>& outlines, int circle_segments) {
-  const Polygon shape = Tessellate(outlines[0], circle_segments);
+  Polygon shape = Tessellate(outlines[0], circle_segments);
   if (outlines.size() == 1) return shape;
   // Each outline mirrors itself left to right: what the first one has left of the middle line,
   // and its mirror image, make up the union.
@@ -231,7 +233,8 @@ std::vector<Point2> TessellateUnion(const std::vector<Outline>& outlines, int ci
   const auto is_left = [&](size_t i) { return shape[i % shape.size()].x < middle; };
   size_t enter = 0;
   while (enter < shape.size() && (is_left(enter) || !is_left(enter + 1))) ++enter;
-  if (enter == shape.size()) FailArgument("outlines do not overlap: they have no union in one piece");
+  if (enter == shape.size())
+    FailArgument("outlines do not overlap: they have no union in one piece");
   const auto crossing = [&](size_t i) {
     const Point2 a = shape[i % shape.size()], b = shape[(i + 1) % shape.size()];
     return Point2{middle, a.y + (middle - a.x) / (b.x - a.x) * (b.y - a.y)};

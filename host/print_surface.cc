@@ -5,12 +5,11 @@
 #include <png.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <csetjmp>
-#include <filesystem>
 
+#include "host/file.h"
 #include "topotag/error.h"
 #include "topotag/image.h"
 
@@ -214,13 +213,7 @@ class SvgSurface : public PrintSurface {
   void Fill(const std::vector<Outline>& outlines, double grey) override {
     text_ += "<path fill=\"" + Color(grey) + "\" d=\"";
     for (const Outline& outline : outlines) {
-      if (outline.radius > 0) {
-        const std::string r = Number(outline.radius);
-        const std::string arc = "A" + r + " " + r + " 0 0 1 ";
-        const Point2 left{outline.center.x - outline.radius, outline.center.y};
-        const Point2 right{outline.center.x + outline.radius, outline.center.y};
-        text_ += "M" + Pair(left) + arc + Pair(right) + arc + Pair(left);
-      }
+      if (outline.radius > 0) text_ += Circle(outline.center, outline.radius);
       AppendLine(outline.points);
       text_ += "Z";
     }
@@ -251,6 +244,14 @@ class SvgSurface : public PrintSurface {
 
   static std::string Pair(Point2 p) { return Number(p.x) + " " + Number(p.y); }
 
+  static std::string Circle(Point2 center, double radius) {
+    const std::string r = Number(radius);
+    const std::string arc = "A" + r + " " + r + " 0 0 1 ";
+    const std::string left = Pair({center.x - radius, center.y});
+    const std::string right = Pair({center.x + radius, center.y});
+    return "M" + left + arc + right + arc + left;
+  }
+
   static std::string Color(double grey) {
     const std::string level = std::to_string(std::lround(255 * grey));
     return "rgb(" + level + "," + level + "," + level + ")";
@@ -266,9 +267,7 @@ class SvgSurface : public PrintSurface {
 }  // namespace
 
 PrintFormat PrintFormatOf(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = LowerExtension(path);
   if (extension == ".png") return PrintFormat::kPng;
   if (extension == ".svg") return PrintFormat::kSvg;
   if (extension == ".pdf") return PrintFormat::kPdf;

@@ -29,8 +29,8 @@ void ValidateScene(const Scene& scene) {
   for (const int side : {scene.camera.width, scene.camera.height}) {
     if (side >= 1 && side <= kMaxImageSide) continue;
     FailArgument("scene: the camera's image size " + std::to_string(scene.camera.width) + "x" +
-         std::to_string(scene.camera.height) + " is not within 1x1 .. " +
-         std::to_string(kMaxImageSide) + "x" + std::to_string(kMaxImageSide));
+                 std::to_string(scene.camera.height) + " is not within 1x1 .. " +
+                 std::to_string(kMaxImageSide) + "x" + std::to_string(kMaxImageSide));
   }
   RequireRange("scene: background", scene.background, 0, 255);
   RequireRange("scene: blur", scene.blur, 0, kMaxBlur);
@@ -261,7 +261,7 @@ Image RenderScene(const Scene& scene) {
       uint8_t* out = frame.row(y);
       for (int x = 0; x < width; ++x) {
         const double value = scene.noise > 0 ? in[x] + noise.Next() : in[x];
-        out[x] = static_cast<uint8_t>(std::clamp(value, 0.0, 255.0) + 0.5);
+        out[x] = static_cast<uint8_t>(std::lround(std::clamp(value, 0.0, 255.0)));
       }
     }
   }
@@ -272,7 +272,7 @@ Detection GroundTruth(const Scene& scene, int marker) {
   ValidateScene(scene);
   if (marker < 0 || marker >= static_cast<int>(scene.markers.size())) {
     FailArgument("marker " + std::to_string(marker) + " is not one of the scene's " +
-         std::to_string(scene.markers.size()));
+                 std::to_string(scene.markers.size()));
   }
   const TagProjector project(scene, marker);
   const SceneMarker& truth = scene.markers[marker];

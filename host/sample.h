@@ -8,10 +8,11 @@
 
 namespace topotag {
 
-/// Grey level at a point in pixels, bilinear; points outside take the nearest pixel of the border.
+/// Grey level at a point in pixels, bilinear; points outside take the nearest pixel of the border,
+/// a point that is not a number the first pixel.
 inline double Bilinear(const ImageView& image, Point2 p) {
-  const double x = std::clamp(p.x, 0.0, image.width - 1.0);
-  const double y = std::clamp(p.y, 0.0, image.height - 1.0);
+  const double x = p.x > 0 ? std::min(p.x, image.width - 1.0) : 0;
+  const double y = p.y > 0 ? std::min(p.y, image.height - 1.0) : 0;
   const int x0 = static_cast<int>(x);
   const int y0 = static_cast<int>(y);
   const int x1 = std::min(x0 + 1, image.width - 1);

@@ -21,7 +21,8 @@ void ValidateMarker(const SceneMarker& marker, const std::string& name) {
   RequireRange(name + ": black", marker.black, 0, 255);
   RequireRange(name + ": white", marker.white, 0, 255);
   for (const double value : marker.t) {
-    if (!std::isfinite(value)) FailArgument(name + ": translation " + Text(value) + " is not finite");
+    if (!std::isfinite(value))
+      FailArgument(name + ": translation " + Text(value) + " is not finite");
   }
   const Matrix3& r = marker.R;
   bool orthonormal = true;
@@ -56,7 +57,7 @@ Point2 TagProjector::Normalized(Point2 tag) const {
   const double z = r[2][0] * x + r[2][1] * y + t[2];
   if (!(z > kMinDepth * marker_.tag_size)) {
     FailArgument(name_ + ": the point (" + Text(tag.x) + ", " + Text(tag.y) +
-         ") units is not in front of the camera: z = " + Text(z) + " m");
+                 ") units is not in front of the camera: z = " + Text(z) + " m");
   }
   return {(r[0][0] * x + r[0][1] * y + t[0]) / z, (r[1][0] * x + r[1][1] * y + t[1]) / z};
 }
@@ -87,7 +88,7 @@ void TagProjector::CheckLens(Point2 tag, Point2 pixel) const {
 
 void TagProjector::FailBeyondLens(Point2 tag) const {
   FailArgument(name_ + ": the point (" + Text(tag.x) + ", " + Text(tag.y) +
-       ") units lies beyond the lens model's range");
+               ") units lies beyond the lens model's range");
 }
 
 double TagProjector::DistanceToFrame(Point2 pixel) const {

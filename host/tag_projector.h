@@ -9,9 +9,6 @@
 
 namespace topotag {
 
-/// @throws Error (kInvalidArgument) unless low <= value <= high; NaN is out of range.
-void RequireRange(const std::string& name, double value, double low, double high);
-
 /// Maps the tag plane of one marker of a scene (units) to pixels, through pose and lens, and
 /// checks that the map is valid there. Refers to the scene. Every Error names the marker.
 class TagProjector {

@@ -54,23 +54,19 @@ void TopologyTree::CountDescendants(const Components& components) {
 
 void TopologyTree::CollectMembers(const Components& components) {
   slot_.assign(components.size(), 0);
-  members_.assign(1, Member{0, 0, 0, 0, 0});
+  members_.assign(1, Member{0, 0, 0, 0});
   for (uint32_t i = 1; i < components.size(); ++i) {
     const uint32_t parent_slot = slot_[components.parent[i]];
     const int children = static_cast<int>(child_count_[i]);
-    int depth;
-    if (components.white[i] && children >= min_nodes_ - kMergedNodes && children <= max_nodes_) {
-      depth = 0;
-    } else if (parent_slot != 0 && members_[parent_slot].depth < 3) {
-      depth = members_[parent_slot].depth + 1;
-    } else {
-      continue;
-    }
+    const bool is_root =
+        components.white[i] && children >= min_nodes_ - kMergedNodes && children <= max_nodes_;
+    // A root may lie in a node of another one: then it is a hole of that node as well.
+    const bool is_below = parent_slot != 0 && members_[parent_slot].depth < 3;
+    if (!is_root && !is_below) continue;
     const auto slot = static_cast<uint32_t>(members_.size());
     slot_[i] = slot;
-    Member member{i, parent_slot, 0, 0, depth};
-    if (depth > 0) std::swap(member.next, members_[parent_slot].first_child);
-    if (depth > 0) members_[parent_slot].first_child = slot;
+    Member member{i, 0, 0, is_root ? 0 : members_[parent_slot].depth + 1};
+    if (is_below) member.next = std::exchange(members_[parent_slot].first_child, slot);
     members_.push_back(member);
   }
 }

@@ -65,10 +65,9 @@ class TopologyTree {
   }
 
  private:
-  /// A component below a possible root: depth 1 nodes, 2 holes, 3 what is inside holes.
+  /// A possible root (depth 0), or what lies below one: 1 nodes, 2 holes, 3 what is inside holes.
   struct Member {
     uint32_t component;
-    uint32_t parent_slot;
     uint32_t next = 0;  ///< slot of the next sibling, 0 = none
     uint32_t first_child = 0;
     int depth;

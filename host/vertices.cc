@@ -61,10 +61,14 @@ bool Centroid(const ImageView& image, const LocalMap& map, Point2 half, const Sh
   const double reach_v = half.y + 0.5 / pitch_v;
   const double extent_x = reach_u * std::abs(j[0]) + reach_v * std::abs(j[1]);
   const double extent_y = reach_u * std::abs(j[2]) + reach_v * std::abs(j[3]);
-  const int x0 = std::max(static_cast<int>(std::ceil(map.center.x - extent_x)), 0);
-  const int x1 = std::min(static_cast<int>(std::floor(map.center.x + extent_x)), image.width - 1);
-  const int y0 = std::max(static_cast<int>(std::ceil(map.center.y - extent_y)), 0);
-  const int y1 = std::min(static_cast<int>(std::floor(map.center.y + extent_y)), image.height - 1);
+  const auto pixel = [](double place, int size) {
+    return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(size)));
+  };
+  if (!std::isfinite(map.center.x + map.center.y + extent_x + extent_y)) return false;
+  const int x0 = pixel(std::ceil(map.center.x - extent_x), image.width);
+  const int x1 = pixel(std::floor(map.center.x + extent_x) + 1, image.width);
+  const int y0 = pixel(std::ceil(map.center.y - extent_y), image.height);
+  const int y1 = pixel(std::floor(map.center.y + extent_y) + 1, image.height);
   // The unit coordinates and 1 / white, to first order in the shading, are linear in the pixel.
   const Jacobian2 inverse{j[3] / det, -j[1] / det, -j[2] / det, j[0] / det};
   const Point2 slope{-white.gradient.x / (white.level * white.level),
@@ -73,10 +77,10 @@ bool Centroid(const ImageView& image, const LocalMap& map, Point2 half, const Sh
   double sum = 0;
   double sum_x = 0;
   double sum_y = 0;
-  for (int y = y0; y <= y1; ++y) {
+  for (int y = y0; y < y1; ++y) {
     const uint8_t* row = image.row(y);
     const double dy = y - map.center.y;
-    for (int x = x0; x <= x1; ++x) {
+    for (int x = x0; x < x1; ++x) {
       const double dx = x - map.center.x;
       const double u = inverse[0] * dx + inverse[1] * dy;
       const double v = inverse[2] * dx + inverse[3] * dy;
@@ -115,7 +119,9 @@ Point2 LensBias(const TagMap& map, Point2 tag, const LocalMap& at, Point2 m) {
     const double moment = axis == 0 ? m.x : m.y;
     const LocalMap next(map, {tag.x + step.x, tag.y + step.y});
     const LocalMap previous(map, {tag.x - step.x, tag.y - step.y});
-    const double growth = std::log(next.Determinant() / previous.Determinant()) / 2;
+    const double ratio = next.Determinant() / previous.Determinant();
+    if (!(ratio > 0)) return {};  // beyond the lens model's range
+    const double growth = std::log(ratio) / 2;
     const Point2 second{next.center.x + previous.center.x - 2 * at.center.x,
                         next.center.y + previous.center.y - 2 * at.center.y};
     bias.x += moment * (second.x / 2 + at.j[axis] * growth);

@@ -53,7 +53,7 @@ bool ExpectBits(const ImageView& image, const ThresholdGrid& grid, const BitImag
   if (::testing::Test::HasFailure()) return false;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < 64 * bits.words; ++x) {
-      const bool white = bits.row(y)[x / 64] >> (x % 64) & 1;
+      const bool white = IsWhite(bits, x, y);
       const bool expected = x < image.width && image.row(y)[x] >= SlowThreshold(grid, x, y);
       if (white == expected) continue;
       ADD_FAILURE() << "(" << y << ", " << x << ") is " << white << ": " << c;
@@ -87,14 +87,15 @@ TEST(BinarizeTest, NotBelowTheThresholdIsWhite) {
     for (const int below : {0, 1}) {
       for (int y = 0; y < c.height; ++y) {
         for (int x = 0; x < c.width; ++x) {
-          image.row(y)[x] = static_cast<uint8_t>(std::max<int64_t>(SlowThreshold(grid, x, y) - below, 0));
+          image.row(y)[x] =
+              static_cast<uint8_t>(std::max<int64_t>(SlowThreshold(grid, x, y) - below, 0));
         }
       }
       BitImage bits;
       scalar::Binarize(image.view(), grid, &bits);
       for (int y = 0; y < c.height; ++y) {
         for (int x = 0; x < c.width; ++x) {
-          const bool white = bits.row(y)[x / 64] >> (x % 64) & 1;
+          const bool white = IsWhite(bits, x, y);
           const bool expected = below == 0 || SlowThreshold(grid, x, y) == 0;
           ASSERT_EQ(white, expected) << y << ", " << x << " of " << c;
         }
@@ -113,7 +114,8 @@ TEST(BinarizeTest, ThresholdRowIsTheSameForTheRowsOfAGroup) {
       scalar::ThresholdRow(grid, y, c.width, row.data());
       ASSERT_EQ(row.back(), 77) << c;
       for (int x = 0; x < c.width; ++x) {
-        ASSERT_EQ(row[static_cast<size_t>(x)], SlowThreshold(grid, x, y)) << y << ", " << x << ": " << c;
+        ASSERT_EQ(row[static_cast<size_t>(x)], SlowThreshold(grid, x, y))
+            << y << ", " << x << ": " << c;
       }
     }
   }

@@ -60,8 +60,28 @@ TEST_F(CliMakeTest, GenerateRejectsWrongUsage) {
   ExpectComplaint(four + "--id 1 --dpi x -o m.png", 2, {"--dpi"});
   ExpectComplaint(four + "--ids 1-2 --page a9 -o m.pdf", 2, {"--page", "a9"});
   ExpectComplaint(four + "--ids 1-2 --size-mm 500 -o m.pdf", 2, {"does not fit"});
+  ExpectComplaint(four + "--id 1 --outer /dev/zero -o m.png", 2, {"--outer", "/dev/zero"});
   ExpectComplaint(four + "--id 1 -o missing/m.png", 1, {"missing/m.png"});
+  ExpectComplaint(four + "--id 1 -o /proc/none.png", 1, {"/proc/none.png: "});
+  ExpectComplaint(four + "--ids 1-2 -o /proc/none/", 1, {"/proc/none/: "});
   EXPECT_EQ(Names(folder_), Strings{"in"});
+}
+
+TEST_F(CliMakeTest, NothingButAFileIsOverwritten) {
+  RenderScene();
+  Shell("mkfifo pipe pipe.png pipe.pdf");
+  fs::create_directories(folder_ / "made" / "4x4_00001.png");
+  const std::string marker = "generate --family 4x4 --id 1 -o ";
+  ExpectComplaint(marker + "pipe.pdf", 1, {"pipe.pdf: ", "not a regular file"});
+  ExpectComplaint(marker + "made", 1, {"made/4x4_00001.png: ", "Is a directory"});
+  const std::string render = "render scene.json -o ";
+  ExpectComplaint(render + "pipe.png", 1, {"pipe.png: ", "not a regular file"});
+  ExpectComplaint(render + "made/x.png --write-camera pipe", 1, {"pipe: ", "not a regular file"});
+  ExpectComplaint(render + "made/x.png --truth in", 1, {"in: ", "Is a directory"});
+  for (const char* name : {"pipe", "pipe.png", "pipe.pdf"}) {
+    EXPECT_TRUE(fs::is_fifo(folder_ / name)) << name;
+  }
+  EXPECT_EQ(Names(folder_ / "made"), (Strings{"4x4_00001.png", "x.png"}));
 }
 
 TEST_F(CliMakeTest, RenderWithoutASceneFile) {
@@ -101,7 +121,8 @@ TEST_F(CliMakeTest, SceneErrorsNameFileMarkerAndKey) {
   const auto with = [&](const std::string& second) {
     return "{" + camera + R"(, "markers": [{)" + marker + "}, {" + second + "}]}";
   };
-  ExpectComplaint("render missing.json -o x.png", 1, {"missing.json"});
+  ExpectComplaint("render missing.json -o x.png", 1, {"missing.json", "No such file"});
+  ExpectComplaint("render /dev/zero -o x.png", 1, {"/dev/zero", "not a regular file"});
   expect("", {"line 1"});
   expect("{ nonsense", {"line 1"});
   expect("[]", {"object"});
@@ -136,6 +157,8 @@ TEST_F(CliMakeTest, VersionHelpAndInfo) {
     const Outcome help = Run(arguments);
     EXPECT_EQ(help.status, 0);
     EXPECT_GT(Lines(help.out).size(), 8u) << help.out;
+    EXPECT_LT(Lines(help.out).size(), 45u) << help.out;
+    for (const std::string& line : Lines(help.out)) EXPECT_LE(line.size(), 80u) << line;
     EXPECT_EQ(help.err, "");
   }
   const Outcome info = Run("info");

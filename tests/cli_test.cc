@@ -244,7 +244,10 @@ TEST_F(CliTest, WrongUsageIsOneLineAndStatus2) {
   ExpectComplaint("detect --pose photometric scene.png", 2,
                   {"photometric pose is not available in this version"});
   ExpectComplaint("detect --pose guess scene.png", 2, {"--pose", "guess"});
+  ExpectComplaint("detect --device 0 scene.png", 2, {"--device", "--backend opencl"});
   ExpectComplaint("detect --device 0 --backend scalar scene.png", 2, {"--device", "opencl"});
+  ExpectComplaint("detect --device x --backend opencl scene.png", 2, {"--device", "'x'"});
+  ExpectComplaint("detect '' scene.png", 2, {"INPUT"});
   ExpectComplaint("detect --roi 0,0,10 scene.png", 2, {"--roi"});
   ExpectComplaint("detect --roi 0,0,0,10 scene.png", 2, {"--roi"});
   ExpectComplaint("detect --output scene.png scene.png", 2, {"--output", "scene.png"});
@@ -294,9 +297,21 @@ TEST_F(CliTest, OutputFileAppearsWhole) {
   ExpectComplaint("detect --output scene.png/out scene.png", 1, {"scene.png/out"});
   ExpectComplaint("detect --draw scene.json scene.png", 1, {"scene.json"});
   ExpectComplaint("detect --stages scene.json/stages scene.png", 1, {"scene.json/stages"});
+  ExpectComplaint("detect --output /proc/none/out scene.png", 1, {"/proc/none/out: "});
+  ExpectComplaint("detect --draw /proc/none scene.png", 1, {"/proc/none: "});
+  ExpectComplaint("detect --output /dev/full scene.png", 1, {"/dev/full: "});
   EXPECT_EQ(Names(folder_),
             (Strings{"cam.yaml", "in", "out", "scene.json", "scene.png", "truth.json"}));
   EXPECT_TRUE(Names(folder_ / "in").empty());
+}
+
+TEST_F(CliTest, OutputGoesThroughAPipe) {
+  RenderScene();
+  const Outcome piped = Shell("mkfifo pipe; cat pipe >copy & '" + std::string(TOPOTAG_CLI) +
+                              "' detect --format json --output pipe scene.png; wait");
+  EXPECT_EQ(piped.err, "");
+  EXPECT_TRUE(fs::is_fifo(folder_ / "pipe"));
+  EXPECT_EQ(Json::parse(ReadFile(folder_ / "copy"))["detections"].size(), 3u);
 }
 
 TEST_F(CliTest, FullDiskIsAnErrorAndABrokenPipeIsNot) {

@@ -260,6 +260,44 @@ TEST_F(ImageFileTest, CorruptFilesAreErrors) {
   ExpectReadError(Save("a.jpg", "\xFF\xD8\x12\x34\x56\x78\x9A"), "corrupt");
 }
 
+TEST_F(ImageFileTest, JpegGivesTheLuminanceOfEveryVariant) {
+  cv::Mat color(37, 50, CV_8UC3);
+  for (int y = 0; y < color.rows; ++y) {
+    for (int x = 0; x < color.cols; ++x) {
+      color.at<cv::Vec3b>(y, x) = cv::Vec3b(5 * x, 255 - 6 * y, 128 + (x - y));
+    }
+  }
+  const std::vector<std::vector<int>> variants{{},
+                                               {cv::IMWRITE_JPEG_PROGRESSIVE, 1},
+                                               {cv::IMWRITE_JPEG_RST_INTERVAL, 2},
+                                               {cv::IMWRITE_JPEG_QUALITY, 20}};
+  for (const auto& variant : variants) {
+    for (const cv::Mat& mat : {color, Gradient(37, 50)}) {
+      Bytes bytes;
+      ASSERT_TRUE(cv::imencode(".jpg", mat, bytes, variant));
+      const cv::Mat expected = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+      EXPECT_EQ(LargestDifference(ReadImage(Save("a.jpg", bytes)), expected), 0);
+    }
+  }
+}
+
+TEST_F(ImageFileTest, DamagedJpegPixelsAreAnErrorAndHarmlessBytesAreNot) {
+  cv::Mat mat(64, 64, CV_8UC1);
+  cv::randu(mat, 0, 256);
+  Bytes jpeg;
+  ASSERT_TRUE(cv::imencode(".jpg", mat, jpeg));
+  // The scan ends in the middle, with the end of the image right behind it.
+  Bytes part(jpeg.begin(), jpeg.begin() + static_cast<int>(jpeg.size() / 2));
+  part.insert(part.end(), {0xFF, 0xD9});
+  ExpectReadError(Save("part.jpg", part), "corrupt: ");
+  Bytes padded = jpeg;
+  padded.insert(padded.end() - 2, {0x12, 0x34, 0x56});
+  testing::internal::CaptureStderr();
+  const Image image = ReadImage(Save("padded.jpg", padded));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(LargestDifference(image, cv::imdecode(jpeg, cv::IMREAD_GRAYSCALE)), 0);
+}
+
 TEST_F(ImageFileTest, FloatingPointPixelsAreRejected) {
   ExpectReadError(SaveMat("float.tif", cv::Mat(8, 8, CV_32FC1, cv::Scalar(0.5))),
                   "8-bit and 16-bit");

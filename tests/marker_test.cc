@@ -349,8 +349,10 @@ TEST_F(PolygonFileTest, NamesFileAndLine) {
 TEST_F(PolygonFileTest, NamesUnreadableFiles) {
   EXPECT_EQ(ErrorOf(path_, ErrorCode::kFile),
             "cannot read polygon file '" + path_ + "': No such file or directory");
+  EXPECT_EQ(ErrorOf("/dev/zero", ErrorCode::kFile),
+            "cannot read polygon file '/dev/zero': not a regular file");
   EXPECT_EQ(ErrorOf(testing::TempDir(), ErrorCode::kFile),
-            "cannot read polygon file '" + testing::TempDir() + "': is a folder");
+            "cannot read polygon file '" + testing::TempDir() + "': Is a directory");
 }
 
 }  // namespace

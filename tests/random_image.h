@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "host/pipeline.h"
 #include "topotag/image.h"
 
 namespace topotag {
@@ -17,7 +18,6 @@ namespace topotag {
 class Random {
  public:
   explicit Random(uint64_t seed) : engine_(seed) {}
-  uint64_t Bits() { return engine_(); }
   int Below(int n) { return static_cast<int>(engine_() % static_cast<uint64_t>(n)); }
   int Between(int lo, int hi) { return lo + Below(hi - lo + 1); }
   bool Chance(int percent) { return Below(100) < percent; }
@@ -140,6 +140,23 @@ inline std::vector<ImageCase> AllCases() {
   add(kMaxImageSide, 3);
   add(1, kMaxImageSide);
   return cases;
+}
+
+// White where white(x, y) says so.
+template <typename White>
+BitImage MakeBits(int width, int height, White white) {
+  BitImage bits;
+  bits.Resize(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      bits.row(y)[x / 64] |= uint64_t{white(x, y) ? 1U : 0U} << (x % 64);
+    }
+  }
+  return bits;
+}
+
+inline bool IsWhite(const BitImage& bits, int x, int y) {
+  return (bits.row(y)[x / 64] >> (x % 64) & 1) != 0;
 }
 
 }  // namespace topotag

@@ -80,7 +80,8 @@ void CheckChoice(const std::string& option, const std::string& value,
   std::string names;
   for (const char* choice : choices) {
     if (value == choice) return;
-    names += (names.empty() ? "" : ", ") + std::string(choice);
+    if (!names.empty()) names += ", ";
+    names += choice;
   }
   throw UsageError(option + ": '" + value + "' is not one of " + names);
 }
@@ -112,8 +113,9 @@ void CheckId(Family family, uint64_t id) {
 
 void Complain(const std::string& message) {
   std::string line = "topotag: " + message;
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  // One line, whatever bytes of a file a message quotes.
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  std::replace_if(line.begin(), line.end(), is_control, ' ');
   std::fprintf(stderr, "%s\n", line.c_str());
 }
 

@@ -79,6 +79,21 @@ void CheckPoseMode(const std::string& mode) {
   }
 }
 
+/// With the opencl backend itself, MakeDetector says whether there is one.
+void CheckDevice(const std::string& device, BackendKind backend) {
+  ParseUnsigned("--device", device);
+  if (backend == BackendKind::kOpenCl) return;
+  Options opencl;
+  opencl.backend = BackendKind::kOpenCl;
+  std::string reason;
+  try {
+    const Detector detector(opencl);
+  } catch (const Error& error) {
+    reason = std::string(", and ") + error.what();
+  }
+  throw UsageError("--device: only with --backend opencl" + reason);
+}
+
 Options ParseOptions(const Arguments& arguments) {
   Options options;
   options.families = ForOption("--family", [&] { return Family::ParseList(arguments.family); });
@@ -86,17 +101,9 @@ Options ParseOptions(const Arguments& arguments) {
   options.backend = ForOption("--backend", [&] { return ParseBackend(arguments.backend); });
   options.threads = ParseThreads(arguments.threads);
   CheckPoseMode(arguments.pose);
-  if (!arguments.device.empty()) {
-    ParseUnsigned("--device", arguments.device);
-    if (options.backend != BackendKind::kOpenCl) {
-      throw UsageError("--device: applies to --backend opencl only");
-    }
-  }
+  if (!arguments.device.empty()) CheckDevice(arguments.device, options.backend);
   if (!arguments.camera.empty()) {
-    options.camera = ForOption("--camera", [&] {
-      const QuietStderr quiet;
-      return ReadCamera(arguments.camera);
-    });
+    options.camera = ForOption("--camera", [&] { return ReadCamera(arguments.camera); });
   }
   if (!arguments.tag_size.empty()) {
     options.tag_size = ParsePositive("--tag-size", arguments.tag_size);
@@ -254,39 +261,48 @@ Command AddDetect(CLI::App* app) {
   CLI::App* command = app->add_subcommand("detect", "Find markers in images, videos or a camera");
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("INPUT", a.inputs, "Images, folders of images, videos or camera:INDEX")
+  command->add_option("INPUT", a.inputs, "Images, folders of images, videos, camera:INDEX")
       ->required()
-      ->type_name("");
+      ->type_name("")
+      ->check([](const std::string& input) {
+        return input.empty() ? std::string("the name is empty") : std::string();
+      });
   AddText(command, "What to find", "--family", &a.family, "LIST",
-          "Families, 3x3 .. 8x8, separated by commas (default: 3x3,4x4,5x5)");
+          "From 3x3 to 8x8 (default: 3x3,4x4,5x5)");
   AddText(command, "What to find", "--roi", &a.roi, "X,Y,W,H",
-          "Search this part of each frame only; results stay in full-frame pixels");
+          "Search this part only, in pixels (default: all)");
   AddText(command, "What to find", "--preset", &a.preset, "NAME",
-          "default (what detects best) or paper (the paper's parameters)");
+          "default, or paper for the paper's parameters");
   AddText(command, "Pose", "--camera", &a.camera, "FILE",
-          "Calibration: OpenCV YAML or JSON, or ROS camera_info; without it there is no pose");
+          "Calibration: OpenCV YAML or JSON, ROS YAML");
   AddText(command, "Pose", "--tag-size", &a.tag_size, "METRES",
-          "Side of the white area; without it there is no pose");
-  AddText(command, "Pose", "--pose", &a.pose, "MODE", "vertices (default) or photometric");
+          "Side of the white area; poses need this and --camera");
+  AddText(command, "Pose", "--pose", &a.pose, "MODE",
+          "vertices (default); photometric: not in this version");
   AddText(command, "Output", "--format", &a.format, "NAME",
           "text (default), json (a line a frame) or csv");
-  AddText(
-      command, "Output", "--output", &a.output, "FILE",
-      "Write the results to FILE, which appears when it is complete (default: standard output)");
-  AddText(command, "Output", "--draw", &a.draw, "DIR", "Write an annotated picture of each frame");
+  AddText(command, "Output", "--output", &a.output, "FILE",
+          "Results, once complete (default: standard output)");
+  AddText(command, "Output", "--draw", &a.draw, "DIR",
+          "Write each frame with what was found (PNG)");
   AddText(command, "Output", "--stages", &a.stages, "DIR",
-          "Write a picture of each stage of each frame");
+          "Write a picture of each stage of each frame (PNG)");
   AddText(command, "Computation", "--backend", &a.backend, "NAME",
-          "auto (default), scalar, simd or opencl; topotag info lists what is available");
-  AddText(command, "Computation", "--threads", &a.threads, "N", "Threads (default: 1)");
+          "scalar, simd, opencl, or auto (default): that of TOPOTAG_BACKEND, else the fastest; "
+          "see topotag info");
+  AddText(command, "Computation", "--threads", &a.threads, "N",
+          "Threads (default: 1); scalar always uses one");
   AddText(command, "Computation", "--device", &a.device, "INDEX",
-          "OpenCL device (with --backend opencl)");
+          "OpenCL device; only with --backend opencl");
   command->footer(
+      "Pixel (0, 0) is the centre of the top-left one. Poses are in metres, in camera\n"
+      "axes: x right, y down, z forward. A camera runs until Ctrl-C.\n"
       "Examples:\n"
       "  topotag detect photo.jpg\n"
       "  topotag detect --camera cam.yaml --tag-size 0.05 --format json photos/\n"
       "  topotag detect --draw out video.mp4\n"
-      "Exit status: 0 all inputs processed, 1 some could not be read, 2 wrong usage.");
+      "Exit status: 0 all inputs processed, 1 some file could not be read or written,\n"
+      "2 wrong usage.");
   return [arguments] { return RunDetect(*arguments); };
 }
 

@@ -3,14 +3,13 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "host/file.h"
 #include "tools/command.h"
 #include "topotag/error.h"
 #include "topotag/image_file.h"
@@ -26,10 +25,7 @@ bool IsVideo(const std::string& path) {
   static const std::set<std::string> kVideo{
       ".3gp", ".asf", ".avi",  ".flv", ".gif", ".h264", ".m2ts", ".m4v", ".mjpeg", ".mjpg", ".mkv",
       ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".ogv",  ".ts",   ".vob", ".webm",  ".wmv",  ".y4m"};
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return kVideo.count(extension) != 0;
+  return kVideo.count(LowerExtension(path)) != 0;
 }
 
 /// Frames by the header; 0 = not stated.

@@ -1,9 +1,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <memory>
 
+#include "host/file.h"
 #include "tools/command.h"
 #include "tools/output.h"
 #include "topotag/error.h"
@@ -76,13 +76,6 @@ MarkerDesign ParseDesign(const Arguments& arguments) {
   return design;
 }
 
-std::string Extension(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
 bool IsFolder(const std::string& output) {
   std::error_code ignored;
   return output.back() == '/' || fs::is_directory(output, ignored);
@@ -110,12 +103,13 @@ void WriteFolder(const Arguments& arguments, MarkerDesign design, const PrintOpt
   MakeFolder(arguments.output);
   for (const uint64_t id : ids) {
     design.id = id;
-    WriteMarker(design, print, (fs::path(arguments.output) / FileName(design, format)).string());
+    const std::string file = (fs::path(arguments.output) / FileName(design, format)).string();
+    ForFile(file, [&] { WriteMarker(design, print, file); });
   }
 }
 
 void CheckOutputFile(const Arguments& arguments) {
-  const std::string extension = Extension(arguments.output);
+  const std::string extension = LowerExtension(arguments.output);
   if (extension != ".png" && extension != ".svg" && extension != ".pdf") {
     throw UsageError("-o: '" + arguments.output +
                      "' does not end in .png, .svg or .pdf and is not a folder");
@@ -151,17 +145,17 @@ void Generate(const Arguments& arguments) {
   CheckOutputFile(arguments);
   if (is_single) {
     design.id = ids[0];
-    WriteMarker(design, print, arguments.output);
+    ForFile(arguments.output, [&] { WriteMarker(design, print, arguments.output); });
     return;
   }
   std::vector<MarkerDesign> designs(ids.size(), design);
   for (size_t i = 0; i < ids.size(); ++i) designs[i].id = ids[i];
-  WriteSheet(designs, print, sheet, arguments.output);
+  ForFile(arguments.output, [&] { WriteSheet(designs, print, sheet, arguments.output); });
 }
 
 int RunGenerate(const Arguments& arguments) {
   try {
-    ForFile(arguments.output, [&] { Generate(arguments); });
+    Generate(arguments);
     return kSuccess;
   } catch (const Error& error) {
     // What cannot be drawn or does not fit the page was asked for in the options.
@@ -176,7 +170,7 @@ Command AddGenerate(CLI::App* app) {
   CLI::App* command = app->add_subcommand("generate", "Write markers to print: PNG, SVG or PDF");
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  AddText(command, "Marker", "--family", &a.family, "NAME", "Family, 3x3 .. 8x8")->required();
+  AddText(command, "Marker", "--family", &a.family, "NAME", "Family: 3x3 .. 8x8")->required();
   AddText(command, "Marker", "--id", &a.id, "N", "ID of one marker");
   AddText(command, "Marker", "--ids", &a.ids, "LIST", "IDs of many markers: 0-99 or 1,5,7-9");
   AddText(command, "Marker", "--inner", &a.inner, "SHAPE",
@@ -186,22 +180,22 @@ Command AddGenerate(CLI::App* app) {
           "one \"x y\" in units a line");
   AddText(command, "Marker", "--frame", &a.frame, "UNITS", "Width of the black frame (default: 1)");
   AddText(command, "Marker", "--margin", &a.margin, "UNITS",
-          "Width of the paper around it (default: 0)");
-  AddText(command, "Print", "--size-mm", &a.size_mm, "MM",
-          "Side of the white area, 4n+1 units (default: 50)");
-  AddText(command, "Print", "--dpi", &a.dpi, "DPI", "Resolution of a PNG (default: 300)");
+          "Width of the white paper around it (default: 0)");
+  AddText(command, "Print", "--size-mm", &a.size_mm, "MM", "Side of the white area (default: 50)");
+  AddText(command, "Print", "--dpi", &a.dpi, "DPI", "Pixels an inch in a PNG (default: 300)");
   AddText(command, "Print", "--page", &a.page, "NAME", "Page of a sheet: a4 (default) or letter");
   AddText(command, "Output", "-o,--output", &a.output, "FILE",
-          "FILE.png, FILE.svg or FILE.pdf: one marker, or a sheet of --ids; "
-          "a folder (or DIR/): a file a marker, FAMILY_ID.png")
+          "FILE.png, FILE.svg or FILE.pdf: one marker, or a sheet of --ids; DIR/: a file a "
+          "marker, FAMILY_ID.png")
       ->required();
   AddText(command, "Output", "--format", &a.format, "NAME",
           "Files in a folder: png (default), svg or pdf");
   command->footer(
+      "A unit is the side of the white area / (4n+1) for an n x n family.\n"
       "Examples:\n"
       "  topotag generate --family 4x4 --id 278 -o marker.pdf\n"
       "  topotag generate --family 3x3 --ids 0-19 --size-mm 40 -o sheet.pdf\n"
-      "  topotag generate --family 5x5 --ids 0-99 --inner circle --format svg -o markers/");
+      "  topotag generate --family 5x5 --ids 0-99 --inner circle --format svg -o tags/");
   return [arguments] { return RunGenerate(*arguments); };
 }
 

@@ -42,7 +42,7 @@ int RunInfo() {
 }  // namespace
 
 Command AddInfo(CLI::App* app) {
-  app->add_subcommand("info", "Print the version and what this build and machine can use");
+  app->add_subcommand("info", "Print the version and what can be used here");
   return RunInfo;
 }
 

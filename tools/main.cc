@@ -5,9 +5,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <opencv2/core/utils/logger.hpp>
 
 #include "tools/command.h"
+#include "tools/help.h"
 #include "tools/output.h"
 #include "topotag/detector.h"
 #include "topotag/error.h"
@@ -50,9 +52,12 @@ int RunCommand(const Command& command) {
 int Main(int argc, char** argv) {
   SilenceLibraries();
   CLI::App app("TopoTag fiducial markers: detect, print and render them.", "topotag");
+  app.formatter(std::make_shared<HelpFormatter>());  // the commands inherit it
   app.set_version_flag("--version", std::string("topotag ") + Version());
   app.require_subcommand(0, 1);
-  app.footer("topotag COMMAND --help explains a command.");
+  app.footer(
+      "topotag COMMAND --help explains a command.\n"
+      "Exit status: 0 all done, 1 a file could not be read or written, 2 wrong usage.");
   const Command detect = AddDetect(&app);
   const Command generate = AddGenerate(&app);
   const Command render = AddRender(&app);
@@ -78,4 +83,11 @@ int Main(int argc, char** argv) {
 }  // namespace
 }  // namespace topotag::tools
 
-int main(int argc, char** argv) { return topotag::tools::Main(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return topotag::tools::Main(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "topotag: %s\n", error.what());
+  }
+  return topotag::tools::kFailure;
+}

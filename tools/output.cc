@@ -1,14 +1,12 @@
 #include "tools/output.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
+#include "tools/command.h"
 #include "topotag/error.h"
 
 namespace topotag::tools {
@@ -18,19 +16,6 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void FailFile(const std::string& path, const std::string& reason) {
   throw Error(ErrorCode::kFile, path + ": " + reason);
-}
-
-/// Opens a new file next to `target`, so that a rename stays within the file system.
-std::FILE* OpenTemporary(const std::string& target, std::string* temporary) {
-  const std::string stem = target + ".tmp-" + std::to_string(getpid());
-  for (int attempt = 0; attempt < 100; ++attempt) {
-    *temporary = stem + "-" + std::to_string(attempt);
-    const int descriptor = open(temporary->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor >= 0) return fdopen(descriptor, "w");
-    if (errno != EEXIST) break;
-  }
-  temporary->clear();
-  return nullptr;
 }
 
 std::string AbsolutePath(const std::string& path) {
@@ -44,53 +29,49 @@ std::string AbsolutePath(const std::string& path) {
 OutputStream::OutputStream(const std::string& path) : path_(path) {
   if (path.empty() || path == "-") {
     path_ = "standard output";
-    file_ = stdout;
+    stream_ = stdout;
     return;
   }
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (fs::is_directory(status)) FailFile(path, "cannot be written: is a folder");
-  if (fs::exists(status) && access(path.c_str(), W_OK) != 0) {
-    FailFile(path, std::string("cannot be written: ") + std::strerror(errno));
+  if (!fs::exists(status) || fs::is_regular_file(status) || fs::is_directory(status)) {
+    file_ = ForFile(path, [&] { return std::make_unique<OutputFile>(path); });
+    return;
   }
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
-    // Devices and pipes are written as they are: a rename would replace them.
-    file_ = std::fopen(path.c_str(), "w");
-  } else {
-    target_ = AbsolutePath(path);
-    file_ = OpenTemporary(target_, &temporary_);
-  }
-  if (file_ == nullptr) FailFile(path, std::string("cannot be written: ") + std::strerror(errno));
+  // Devices and pipes are written as they are: there is nothing to replace.
+  stream_ = std::fopen(path.c_str(), "w");
+  if (stream_ == nullptr) Fail(errno);
 }
 
 OutputStream::~OutputStream() {
-  if (file_ != nullptr && file_ != stdout) std::fclose(file_);
-  if (!temporary_.empty()) unlink(temporary_.c_str());
+  if (stream_ != nullptr && !is_stdout()) std::fclose(stream_);
 }
 
 void OutputStream::Fail(int error_number) {
   if (error_number == EPIPE) throw BrokenPipe();
-  FailFile(path_, std::string("cannot be written: ") + std::strerror(error_number));
+  FailFile(path_, "cannot write: " + SystemMessage(error_number));
 }
 
 void OutputStream::Write(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) Fail(errno);
-  if (file_ == stdout && std::fflush(file_) != 0) Fail(errno);
+  if (file_) {
+    ForFile(path_, [&] { file_->Write(text.data(), text.size()); });
+    return;
+  }
+  if (std::fwrite(text.data(), 1, text.size(), stream_) != text.size()) Fail(errno);
+  if (is_stdout() && std::fflush(stream_) != 0) Fail(errno);
 }
 
 void OutputStream::Finish() {
-  if (file_ == stdout) return;
-  std::FILE* file = file_;
-  file_ = nullptr;
-  if (std::fclose(file) != 0) Fail(errno);
-  if (temporary_.empty()) return;
-  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) Fail(errno);
-  temporary_.clear();
+  if (file_) ForFile(path_, [&] { file_->Commit(); });
+  if (stream_ == nullptr || is_stdout()) return;
+  std::FILE* stream = stream_;
+  stream_ = nullptr;
+  if (std::fclose(stream) != 0) Fail(errno);
 }
 
-void WriteWholeFile(const std::string& path, const std::string& bytes) {
+void WriteOutput(const std::string& path, const std::string& text) {
   OutputStream stream(path);
-  stream.Write(bytes);
+  stream.Write(text);
   stream.Finish();
 }
 
@@ -106,7 +87,7 @@ PictureFolder::PictureFolder(const std::string& folder, const std::vector<std::s
     : folder_(folder) {
   MakeFolder(folder);
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    FailFile(folder, std::string("folder cannot be written to: ") + std::strerror(errno));
+    FailFile(folder, "folder cannot be written to: " + SystemMessage(errno));
   }
   for (const std::string& input : inputs) taken_.insert(AbsolutePath(input));
 }
@@ -126,7 +107,7 @@ void PictureFolder::Write(const std::string& stem, const std::vector<Picture>& p
     taken_.insert(AbsolutePath(paths[i]));
     std::vector<uchar> bytes;
     cv::imencode(".png", pictures[i].pixels, bytes);
-    WriteWholeFile(paths[i], std::string(bytes.begin(), bytes.end()));
+    ForFile(paths[i], [&] { WriteWholeFile(paths[i], bytes.data(), bytes.size()); });
   }
 }
 

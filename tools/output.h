@@ -2,10 +2,13 @@
 #define TOPOTAG_TOOLS_OUTPUT_H_
 
 #include <cstdio>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <set>
 #include <string>
 #include <vector>
+
+#include "host/file.h"
 
 namespace topotag::tools {
 
@@ -19,7 +22,7 @@ class OutputStream {
   /// Standard output for "" and "-".
   /// @throws Error (kFile) that names the path.
   explicit OutputStream(const std::string& path);
-  /// Leaves nothing behind where Finish was not reached.
+  /// Leaves nothing behind where Finish was not reached; a device keeps what it was given.
   ~OutputStream();
   OutputStream(const OutputStream&) = delete;
   OutputStream& operator=(const OutputStream&) = delete;
@@ -29,20 +32,18 @@ class OutputStream {
   void Write(const std::string& text);
   /// Gives the file its name. @throws Error (kFile).
   void Finish();
-  bool is_stdout() const { return file_ == stdout; }
+  bool is_stdout() const { return stream_ == stdout; }
 
  private:
-  void Fail(int error_number);
+  [[noreturn]] void Fail(int error_number);
 
-  std::string path_;    ///< as the user wrote it, for messages
-  std::string target_;  ///< without symbolic links; empty where nothing is to be renamed
-  std::string temporary_;
-  std::FILE* file_ = nullptr;
+  std::string path_;                  ///< as the user wrote it, for messages
+  std::unique_ptr<OutputFile> file_;  ///< a regular file; else null, and there is a stream_
+  std::FILE* stream_ = nullptr;       ///< standard output, a device or a pipe
 };
 
-/// Writes a whole file under a temporary name and renames it.
-/// @throws Error (kFile) that names the path.
-void WriteWholeFile(const std::string& path, const std::string& bytes);
+/// Writes all of an OutputStream.
+void WriteOutput(const std::string& path, const std::string& text);
 
 /// Creates a folder and its parents where they do not exist.
 /// @throws Error (kFile) that names the folder.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cinttypes>
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -42,7 +43,7 @@ void Progress::Print(double seconds) const {
     // The length of a video is its header's claim: more frames than that may come.
     const int64_t total = std::max(total_, done_);
     const int filled = static_cast<int>(kBarWidth * done_ / total);
-    const int64_t left = rate > 0 ? static_cast<int64_t>((total - done_) / rate + 0.5) : 0;
+    const int64_t left = rate > 0 ? std::llround((total - done_) / rate) : 0;
     std::fprintf(stderr,
                  "\r\033[K[%s%s] %" PRId64 "/%" PRId64 "  %.1f frames/s  %" PRId64 ":%02d left",
                  std::string(filled, '#').c_str(), std::string(kBarWidth - filled, '.').c_str(),

@@ -144,7 +144,7 @@ int RunRender(const Arguments& arguments) {
   }
   ForFile(arguments.output, [&] { WriteImage(image.view(), arguments.output); });
   if (!arguments.truth.empty()) {
-    WriteWholeFile(arguments.truth, TruthLine(arguments, file.scene));
+    WriteOutput(arguments.truth, TruthLine(arguments, file.scene));
   }
   if (!arguments.write_camera.empty()) {
     ForFile(arguments.write_camera,
@@ -157,37 +157,41 @@ int RunRender(const Arguments& arguments) {
 
 Command AddRender(CLI::App* app) {
   CLI::App* command =
-      app->add_subcommand("render", "Draw markers as a camera sees them, with exact ground truth");
+      app->add_subcommand("render", "Draw markers as a camera sees them, with ground truth");
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command->add_option("SCENE", a.scene, "Scene file (JSON)")->type_name("");
   AddText(command, "Without a scene file", "--camera", &a.camera, "FILE",
-          "Camera, with its image size");
+          "Calibration with its image size, as for detect");
   command->add_option("--marker", a.markers, "A marker; repeat it, each with its --pose")
       ->type_name("FAMILY:ID")
       ->allow_extra_args(false)
       ->group("Without a scene file");
-  command->add_option("--pose", a.poses, "Metres and rotation vector in radians")
+  command
+      ->add_option("--pose", a.poses,
+                   "Position in metres and rotation vector in radians, in the camera's axes")
       ->type_name("TX,TY,TZ,RX,RY,RZ")
       ->allow_extra_args(false)
       ->group("Without a scene file");
   AddText(command, "Without a scene file", "--tag-size", &a.tag_size, "METRES",
-          "Side of the white area");
-  AddText(command, "Picture", "--blur", &a.blur, "PIXELS",
-          "Sigma of the point spread function (default: 0.7)");
+          "Side of the white area in metres");
+  AddText(command, "Picture", "--blur", &a.blur, "PIXELS", "Sigma of the blur (default: 0.7)");
   AddText(command, "Picture", "--noise", &a.noise, "LEVELS",
           "Sigma of the noise, grey levels (default: 2)");
   AddText(command, "Picture", "--seed", &a.seed, "N", "Seed of the noise (default: 1)");
   AddText(command, "Picture", "--background", &a.background, "LEVEL|IMAGE",
-          "Grey level (default: 90) or a picture");
-  AddText(command, "Output", "-o,--output", &a.output, "FILE", "The picture")->required();
+          "Grey level, 0 .. 255, or a picture (default: 90)");
+  AddText(command, "Output", "-o,--output", &a.output, "FILE",
+          "The picture: .png, .jpg, .bmp, .pgm, .tif or .webp")
+      ->required();
   AddText(command, "Output", "--truth", &a.truth, "FILE",
           "Exact IDs, vertices and poses, in the form of topotag detect --format json");
   AddText(command, "Output", "--write-camera", &a.write_camera, "FILE",
           "The scene's camera as OpenCV YAML");
   command->footer(
+      "Where there is a scene file, the defaults are what it says.\n"
       "Examples:\n"
-      "  topotag render scene.json -o scene.png --truth truth.json --write-camera cam.yaml\n"
+      "  topotag render scene.json -o out.png --truth t.json --write-camera cam.yaml\n"
       "  topotag render --camera cam.yaml --marker 4x4:278 --tag-size 0.05 \\\n"
       "      --pose 0,0,0.4,0.5,0,0 -o out.png");
   return [arguments] { return RunRender(*arguments); };

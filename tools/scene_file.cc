@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <initializer_list>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "host/file.h"
 #include "tools/command.h"
 #include "tools/frame_source.h"
 #include "topotag/camera_file.h"
@@ -19,6 +18,8 @@ namespace {
 
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
+
+constexpr size_t kMaxFileSize = size_t{1} << 26;
 
 [[noreturn]] void Fail(const std::string& where, const std::string& reason) {
   throw Error(ErrorCode::kParse, where + ": " + reason);
@@ -192,12 +193,8 @@ SceneMarker ReadMarker(const std::string& path, const Node& node) {
 }
 
 Json ParseFile(const std::string& path) {
-  std::error_code ignored;
-  std::ifstream file(path, std::ios::binary);
-  if (fs::is_directory(path, ignored) || !file) {
-    throw Error(ErrorCode::kFile, path + ": scene cannot be read");
-  }
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::string text =
+      At(path + ": cannot read scene", [&] { return ReadText(path, kMaxFileSize); });
   try {
     return Json::parse(text);
   } catch (const Json::exception& error) {
