@@ -4,6 +4,20 @@
 #include "host/detector_impl.h"
 
 namespace topotag {
+namespace {
+
+template <typename WhiteArea>
+std::vector<Rect> Boxes(const std::vector<WhiteArea>& areas) {
+  std::vector<Rect> boxes;
+  for (const WhiteArea& area : areas) {
+    const Feature& white = area.white;
+    boxes.push_back(
+        {white.min_x, white.min_y, white.max_x - white.min_x + 1, white.max_y - white.min_y + 1});
+  }
+  return boxes;
+}
+
+}  // namespace
 
 DetectorStages::DetectorStages(const Detector& detector) : impl_(*detector.impl_) {}
 
@@ -43,13 +57,9 @@ std::vector<uint32_t> DetectorStages::Labels() const {
 }
 
 std::vector<Rect> DetectorStages::Candidates() const {
-  std::vector<Rect> boxes;
-  for (const Candidate& candidate : impl_.first.tree.candidates()) {
-    const Feature& white = candidate.white;
-    boxes.push_back(
-        {white.min_x, white.min_y, white.max_x - white.min_x + 1, white.max_y - white.min_y + 1});
-  }
-  return boxes;
+  return Boxes(impl_.first.tree.candidates());
 }
+
+std::vector<Rect> DetectorStages::Doubts() const { return Boxes(impl_.first.tree.doubts()); }
 
 }  // namespace topotag

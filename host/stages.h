@@ -23,6 +23,8 @@ class DetectorStages {
   std::vector<uint32_t> Labels() const;
   /// Bounding boxes of the candidates' white areas.
   std::vector<Rect> Candidates() const;
+  /// Bounding boxes of the white areas that were looked at again.
+  std::vector<Rect> Doubts() const;
 
  private:
   const Detector::Impl& impl_;

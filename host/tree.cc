@@ -150,7 +150,7 @@ bool TopologyTree::HasLikeNodes(const Candidate& candidate) const {
 bool TopologyTree::FindBaseline(Candidate* candidate) const {
   int baselines = 0;
   for (int i = 0; i < candidate->node_count; ++i) {
-    const int holes = nodes_[static_cast<size_t>(candidate->first_node + i)].hole_count;
+    const int holes = nodes_.data()[candidate->first_node + i].hole_count;
     if (holes == kNoNode) return false;
     if (holes != 2) continue;
     candidate->baseline = i;
@@ -191,7 +191,7 @@ bool TopologyTree::RemoveErrorNodes(Candidate* candidate) {
   }
   if (kept == 0) return false;
   candidate->node_count = kept;
-  nodes_.resize(static_cast<size_t>(candidate->first_node + kept));
+  nodes_.resize(nodes_.size() - static_cast<size_t>(count - kept));
   return true;
 }
 

@@ -45,17 +45,23 @@ cv::Mat ComponentPicture(const std::vector<uint32_t>& labels, const cv::Mat& bin
   return picture;
 }
 
-/// The boxes of the candidates on the dimmed bit image.
-cv::Mat CandidatePicture(const std::vector<Rect>& boxes, const cv::Mat& binary) {
-  cv::Mat picture;
-  cv::cvtColor(binary * 0.5, picture, cv::COLOR_GRAY2BGR);
-  const double scale = PictureScale(binary.cols, binary.rows);
+void DrawBoxes(const std::vector<Rect>& boxes, const cv::Scalar& color, cv::Mat* picture) {
+  const double scale = PictureScale(picture->cols, picture->rows);
   for (const Rect& box : boxes) {
     const double side = std::min(box.width, box.height);
     const int width =
         std::max(1, static_cast<int>(std::lround(std::clamp(side / 30, 1.0, 2 * scale))));
-    cv::rectangle(picture, cv::Rect(box.x, box.y, box.width, box.height), {0, 225, 255}, width);
+    cv::rectangle(*picture, cv::Rect(box.x, box.y, box.width, box.height), color, width);
   }
+}
+
+/// The dimmed bit image with the candidates' boxes in yellow, in blue those of the areas that were
+/// looked at again.
+cv::Mat CandidatePicture(const DetectorStages& stages, const cv::Mat& binary) {
+  cv::Mat picture;
+  cv::cvtColor(binary * 0.5, picture, cv::COLOR_GRAY2BGR);
+  DrawBoxes(stages.Doubts(), {255, 128, 0}, &picture);
+  DrawBoxes(stages.Candidates(), {0, 225, 255}, &picture);
   return picture;
 }
 
@@ -73,7 +79,7 @@ std::vector<PictureFolder::Picture> StagePictures(const Detector& detector, cons
           {"_2_threshold", AsMat(thresholds.view()).clone()},
           {"_3_binary", bits.clone()},
           {"_4_components", ComponentPicture(stages.Labels(), bits)},
-          {"_5_candidates", CandidatePicture(stages.Candidates(), bits)},
+          {"_5_candidates", CandidatePicture(stages, bits)},
           {"_6_result", result(area)}};
 }
 
