@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "topotag/marker.h"
 
@@ -70,7 +71,7 @@ int ConvexHull(const Points& points, Hull* hull) {
   for (int i = 0; i < points.count; ++i) order[static_cast<size_t>(i)] = i;
   const auto at = [&](int i) { return points.at[static_cast<size_t>(i)]; };
   std::sort(order.begin(), order.begin() + points.count, [&](int a, int b) {
-    return at(a).x != at(b).x ? at(a).x < at(b).x : at(a).y < at(b).y;
+    return std::make_tuple(at(a).x, at(a).y, a) < std::make_tuple(at(b).x, at(b).y, b);
   });
   int size = 0;
   const auto add = [&](int i, int keep) {
@@ -164,7 +165,7 @@ bool Confirm(const Points& points, Family family, Reading* reading) {
     image[k] = points.at[static_cast<size_t>(reading->point[k])];
   }
   Homography inverse;
-  if (!FitHomography(model.data(), image.data(), nullptr, count, &reading->map) ||
+  if (!FitHomography(model.data(), image.data(), count, &reading->map) ||
       !Invert(reading->map, &inverse)) {
     return false;
   }
@@ -192,7 +193,7 @@ bool ReadGrid(const Points& points, Family family, int p1, const Hull& hull, int
   const Point2 model[4] = {{-c, -c}, {c, -c}, {c, c}, {-c, c}};
   Homography map;
   Homography inverse;
-  return FitHomography(model, quad.data(), nullptr, 4, &map) && Invert(map, &inverse) &&
+  return FitHomography(model, quad.data(), 4, &map) && Invert(map, &inverse) &&
          Assign(points, family, p1, inverse, reading) && Confirm(points, family, reading);
 }
 
@@ -235,19 +236,20 @@ bool CheckNodes(const Points& points, Family family, const Reading& reading, con
   });
 }
 
-// The white square's corners lie in the searched area, or the white area stays clear of its border
-// (an outer shape may be smaller than the square).
+// A white area that reaches the border of what is searched may go on beyond it, and the nodes that
+// are left may even form a smaller grid. Accepted is only what fills the area exactly: it reaches
+// all four sides, and the corners of its white square lie within.
 bool IsClipped(const Candidate& candidate, const TagMap& map, const SearchArea& area) {
-  const Feature& white = candidate.white;
   const Rect& whole = area.whole;
   const int x_end = whole.x + whole.width;
   const int y_end = whole.y + whole.height;
-  const Point2 first = area.ToFrame(white.min_x, white.min_y);
-  const Point2 last = area.ToFrame(white.max_x, white.max_y);
-  if (first.x >= whole.x + 0.5 && first.y >= whole.y + 0.5 && last.x <= x_end - 1.5 &&
-      last.y <= y_end - 1.5) {
-    return false;
-  }
+  const Point2 first = area.ToFrame(candidate.white.min_x, candidate.white.min_y);
+  const Point2 last = area.ToFrame(candidate.white.max_x, candidate.white.max_y);
+  const int reached = (first.x < whole.x + 0.5) + (first.y < whole.y + 0.5) +
+                      (last.x > x_end - 1.5) + (last.y > y_end - 1.5);
+  if (reached == 0) return false;
+  if (reached < 4) return true;
+
   const double half = candidate.family.white_side() / 2.0;
   const double margin = 0.5 + kMaxClipped;
   for (const Point2 corner : {Point2{-half, -half}, {half, -half}, {half, half}, {-half, half}}) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "host/bits.h"
+#include "host/check.h"
 #include "host/detector_impl.h"
 #include "host/pose.h"
 #include "host/sample.h"
@@ -19,16 +20,19 @@ namespace {
 // that vanished open).
 constexpr int kSecondLookSixteenths[] = {7, 8, 6};
 constexpr int64_t kMaxUpsampledArea = 160 * 160;  // pixels
-// All second looks of a frame together cover at most this part of it.
+// All second looks of a frame together cover at most a quarter of it, or so many small areas: this
+// bounds their time.
 constexpr int64_t kSecondLookShare = 4;
+constexpr int64_t kMinSecondLook = 4 * kMaxUpsampledArea;
+constexpr double kMaxTagSize = 1e6;  // metres: keeps the covariance finite
 
 [[noreturn]] void Invalid(const std::string& message) {
   throw Error(ErrorCode::kInvalidArgument, message);
 }
 
 void ValidateTagSize(double size, const std::string& what) {
-  if (!(size >= 0) || !std::isfinite(size)) {
-    Invalid(what + " " + std::to_string(size) + " is not a finite, non-negative length in metres");
+  if (!(size >= 0 && size <= kMaxTagSize)) {
+    Invalid(what + " " + Text(size) + " is not within 0 .. " + Text(kMaxTagSize) + " metres");
   }
 }
 
@@ -43,11 +47,18 @@ Options Validated(Options options) {
   if (options.camera) ValidateCamera(*options.camera);
   ValidateTagSize(options.tag_size, "tag size");
   for (const auto& [n, size] : options.family_tag_size) {
-    ValidateTagSize(size, "tag size of family " + Family(n).name());
+    const std::string name = std::to_string(n) + "x" + std::to_string(n);
+    if (n < Family::kMinN || n > Family::kMaxN) Invalid("tag size of an unknown family " + name);
+    ValidateTagSize(size, "tag size of family " + name);
   }
   for (const auto& [key, size] : options.id_tag_size) {
-    ValidateTagSize(
-        size, "tag size of " + Family(key.first).name() + " ID " + std::to_string(key.second));
+    const auto& [n, id] = key;
+    const std::string name =
+        std::to_string(n) + "x" + std::to_string(n) + " ID " + std::to_string(id);
+    if (n < Family::kMinN || n > Family::kMaxN || id >= Family(n).size()) {
+      Invalid("tag size of " + name + ", which does not exist");
+    }
+    ValidateTagSize(size, "tag size of " + name);
   }
   if (options.roi && (options.roi->x < 0 || options.roi->y < 0 || options.roi->width < 1 ||
                       options.roi->height < 1)) {
@@ -121,20 +132,22 @@ void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
   first.Run(backend.get(), Crop(image, whole), threshold_params, &times);
   DecodeCandidates(image, first, {whole.x, whole.y, 1, whole});
   if (options.preset == Preset::kPaper) return;
-  int64_t budget = int64_t{whole.width} * whole.height / kSecondLookShare;
+  int64_t budget = std::max(int64_t{whole.width} * whole.height / kSecondLookShare, kMinSecondLook);
   for (const Doubt& doubt : first.tree.doubts()) {
-    budget -= int64_t{doubt.white.max_x - doubt.white.min_x + 1} *
-              (doubt.white.max_y - doubt.white.min_y + 1);
-    if (budget >= 0) LookAgain(image, whole, doubt);
+    const Feature& white = doubt.white;
+    const int x0 = std::max(white.min_x - kTile, 0);
+    const int y0 = std::max(white.min_y - kTile, 0);
+    const int x1 = std::min(white.max_x + kTile, whole.width - 1);
+    const int y1 = std::min(white.max_y + kTile, whole.height - 1);
+    const Rect part{whole.x + x0, whole.y + y0, x1 - x0 + 1, y1 - y0 + 1};
+    const int64_t cost = int64_t{part.width} * part.height;
+    if (cost > budget) continue;
+    budget -= cost;
+    LookAgain(image, whole, part);
   }
 }
 
-void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const Doubt& doubt) {
-  const int x0 = std::max(doubt.white.min_x - kTile, 0);
-  const int y0 = std::max(doubt.white.min_y - kTile, 0);
-  const int x1 = std::min(doubt.white.max_x + kTile, whole.width - 1);
-  const int y1 = std::min(doubt.white.max_y + kTile, whole.height - 1);
-  const Rect part{whole.x + x0, whole.y + y0, x1 - x0 + 1, y1 - y0 + 1};
+void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const Rect& part) {
   StopWatch watch;
   const bool small = int64_t{part.width} * part.height <= kMaxUpsampledArea;
   const ImageView view = small ? Upsample(Crop(image, part), &upsampled) : Crop(image, part);
@@ -206,6 +219,7 @@ std::vector<Detection> Detector::detect(const ImageView& image) {
 }
 
 void Detector::detect(const ImageView& image, std::vector<Detection>* detections) {
+  detections->clear();
   const Rect area = impl_->Area(image);
   impl_->times = {};
   StopWatch total;

@@ -23,7 +23,7 @@ struct Detector::Impl {
   double TagSize(Family family, uint64_t id) const;
 
   void Search(const ImageView& image, const Rect& whole);
-  void LookAgain(const ImageView& image, const Rect& whole, const Doubt& doubt);
+  void LookAgain(const ImageView& image, const Rect& whole, const Rect& part);
   void DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
                         const SearchArea& area);
   void MeasureVertices(const ImageView& image, std::vector<Detection>* detections);

@@ -33,16 +33,16 @@ using Vector8 = Eigen::Matrix<double, 8, 1>;
 using Matrix8 = Eigen::Matrix<double, 8, 8>;
 
 // One linear solution for h of (h0 x + h1 y + h2) - u (h6 x + h7 y + 1) = 0 and the same with v,
-// each equation weighted by weight / denominator^2 of the previous solution: after the second
+// each equation weighted by 1 / denominator^2 of the previous solution: after the second
 // round the residuals are distances.
-bool SolveLinear(const Point2* from, const Point2* to, const double* weight, int n, Vector8* h) {
+bool SolveLinear(const Point2* from, const Point2* to, int n, Vector8* h) {
   Matrix8 normal = Matrix8::Zero();
   Vector8 right = Vector8::Zero();
   for (int i = 0; i < n; ++i) {
     const double x = from[i].x;
     const double y = from[i].y;
     const double denominator = (*h)[6] * x + (*h)[7] * y + 1;
-    const double w = (weight ? weight[i] : 1) / (denominator * denominator);
+    const double w = 1 / (denominator * denominator);
     const double a[3] = {x, y, 1};
     const double uv[2] = {to[i].x, to[i].y};
     for (int r = 0; r < 3; ++r) {
@@ -82,8 +82,7 @@ Point2 Homography::Map(Point2 p, Jacobian2* jacobian) const {
   return q;
 }
 
-bool FitHomography(const Point2* from, const Point2* to, const double* weight, int n,
-                   Homography* homography) {
+bool FitHomography(const Point2* from, const Point2* to, int n, Homography* homography) {
   constexpr int kMaxPoints = 64;
   Point2 a[kMaxPoints];
   Point2 b[kMaxPoints];
@@ -97,7 +96,7 @@ bool FitHomography(const Point2* from, const Point2* to, const double* weight, i
   Vector8 h = Vector8::Zero();
   const int rounds = n == 4 ? 1 : 2;  // four points are met exactly, whatever the weights
   for (int round = 0; round < rounds; ++round) {
-    if (!SolveLinear(a, b, weight, n, &h)) return false;
+    if (!SolveLinear(a, b, n, &h)) return false;
     for (int i = 0; i < n; ++i) {
       if (!(h[6] * a[i].x + h[7] * a[i].y + 1 > 1e-6)) return false;
     }

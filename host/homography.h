@@ -15,11 +15,10 @@ struct Homography {
   Point2 Map(Point2 p, Jacobian2* jacobian) const;
 };
 
-/// Least-squares fit of to[i] = H from[i], in units of `to`, for n >= 4 points, weight[i] > 0
-/// (null: all 1). The origin of `from` must lie among the points.
+/// Least-squares fit of to[i] = H from[i], in units of `to`, for n >= 4 points. The origin of
+/// `from` must lie among the points.
 /// @return false where the points do not determine a map, or the horizon cuts through them.
-bool FitHomography(const Point2* from, const Point2* to, const double* weight, int n,
-                   Homography* homography);
+bool FitHomography(const Point2* from, const Point2* to, int n, Homography* homography);
 
 /// @return false where the map cannot be inverted.
 bool Invert(const Homography& homography, Homography* inverse);

@@ -241,7 +241,7 @@ bool EstimatePose(Family family, const VertexList& vertices, const Homography& m
     solution[k] = {rotations[k], SolveTranslation(problem, normalized, rotations[k])};
     cost[k] = Refine(problem, &solution[k]);
   }
-  const int best = cost[1] < cost[0] ? 1 : 0;
+  const int best = cost[0] <= cost[1] ? 0 : 1;
   const int other = 1 - best;
   if (!std::isfinite(cost[best])) return false;
 

@@ -23,7 +23,8 @@ class DetectorStages {
   std::vector<uint32_t> Labels() const;
   /// Bounding boxes of the candidates' white areas.
   std::vector<Rect> Candidates() const;
-  /// Bounding boxes of the white areas that were looked at again.
+  /// Bounding boxes of the doubtful white areas: those that a second look goes to, as far as its
+  /// budget reaches.
   std::vector<Rect> Doubts() const;
 
  private:

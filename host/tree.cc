@@ -7,7 +7,7 @@ namespace topotag {
 namespace {
 
 // Nodes of one marker differ in area by the baseline node's double width and by perspective.
-constexpr uint32_t kMaxNodeAreaRatio = 12;
+constexpr uint64_t kMaxNodeAreaRatio = 12;
 // The nodes of a marker cover between these parts of the white area's own pixels, per cent: without
 // blur 45 to 90, and less in an outer shape that is larger than the square.
 constexpr uint64_t kMinCoverPercent = 15;

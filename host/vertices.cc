@@ -243,7 +243,7 @@ void MeasureNodes(const ImageView& image, const NodeShapes& shapes, Decoded* dec
   }
   Homography refined;
   if (inside_lens &&
-      FitHomography(measured->model.data(), ideal.data(), nullptr, measured->count, &refined)) {
+      FitHomography(measured->model.data(), ideal.data(), measured->count, &refined)) {
     map.ideal = refined;
   }
 }

@@ -120,6 +120,28 @@ TEST(DetectorTest, ClippedMarkersAreRejected) {
   }
 }
 
+// The border cuts the last row and column off: a complete smaller grid with p1 is left.
+TEST(DetectorTest, ClippedMarkersAreNotReadAsSmallerOnes) {
+  Detector detector;
+  for (const int n : {4, 5, 6}) {
+    Scene scene = OneMarker(24);
+    SceneMarker& marker = scene.markers[0];
+    marker.design.family = Family(n);
+    marker.t[2] = test::DistanceForPitch(scene.camera, Family(n), marker.tag_size, 24);
+    for (const double angle : {0.0, 0.05, 0.1}) {
+      marker.R = test::RotationZ(angle);
+      const Image image = RenderScene(scene);
+      for (int step = -5; step < 35; ++step) {
+        // Units from the centre to the cut: the white margin of the smaller grid ends at 2 n - 3.5.
+        const double cut = (2 * n - 3.5 + 0.1 * step) * 24 / 4;
+        const ImageView corner{image.row(0), static_cast<int>(scene.camera.cx + cut),
+                               static_cast<int>(scene.camera.cy + cut), image.stride()};
+        EXPECT_TRUE(detector.detect(corner).empty()) << n << " angle " << angle << " step " << step;
+      }
+    }
+  }
+}
+
 TEST(DetectorTest, MarkerThatFillsTheImageExactlyIsFound) {
   Scene scene = OneMarker(24);
   scene.markers[0].design.frame = 0;
@@ -255,6 +277,12 @@ TEST(DetectorTest, WrongOptionsAreErrors) {
     options.id_tag_size[{4, 7}] = size;
     ExpectInvalid(options, "ID 7");
   }
+  options = {};
+  options.family_tag_size[9] = 0.1;
+  ExpectInvalid(options, "9x9");
+  options = {};
+  options.id_tag_size[{3, 128}] = 0.1;
+  ExpectInvalid(options, "ID 128");
   options = {};
   options.camera = Camera();
   ExpectInvalid(options, "fx");

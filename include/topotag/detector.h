@@ -44,7 +44,7 @@ class Detector {
   ///         the camera's, region of interest outside the frame; kDevice).
   /// Bit-identical across backends and thread counts up to and including the vertices.
   std::vector<Detection> detect(const ImageView& image);
-  /// The same into the caller's vector, whose capacity is reused.
+  /// The same into the caller's vector, whose capacity is reused; empty after an error.
   void detect(const ImageView& image, std::vector<Detection>* detections);
 
   const Options& options() const;
