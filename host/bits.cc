@@ -23,16 +23,6 @@ constexpr double kMinOpen = 0.15;
 // A node this near to the middle between both kinds, in parts of their difference, is neither.
 constexpr double kUndecided = 0.15;
 
-// Brightness of the centre over that of the body around it, in parts of the contrast.
-double Hole(const ImageView& image, const LocalMap& map, double contrast) {
-  return (Bilinear(image, map.center) - RingLevel(image, map, kBodyRing)) / contrast;
-}
-
-// Gap minus body.
-double Contrast(const ImageView& image, const LocalMap& map) {
-  return RingLevel(image, map, kGapRing) - RingLevel(image, map, kBodyRing);
-}
-
 // The brightness of nodes of one kind as a line over the local resolution, which perspective lets
 // vary across the marker.
 class Kind {
@@ -65,6 +55,7 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
   const Family family = decoded->family;
   const int count = family.vertex_count();
   const uint64_t read = VertexBits(family, decoded->id) | 3;  // p1 and p2 are holes
+  // Brightness of the centre over that of the body around it, in parts of the contrast.
   std::array<double, kMaxVertices> hole{};
   std::array<double, kMaxVertices> resolution{};
   Kind kinds[2];
@@ -73,11 +64,13 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
   for (int i = count - 1; i >= 0; --i) {
     const auto k = static_cast<size_t>(i);
     const LocalMap map(decoded->map, ModelVertex(family, i));
-    const double contrast = i < 2 ? mean_contrast : Contrast(image, map);
+    const double body = RingLevel(image, map, kBodyRing);
+    // The gap around p1 or p2 alone is not that of a node.
+    const double contrast = i < 2 ? mean_contrast : RingLevel(image, map, kGapRing) - body;
     if (!(contrast > kMinContrast)) return false;
     if (i >= 2) mean_contrast += contrast / (count - 2);
     resolution[k] = std::sqrt(std::abs(map.Determinant()));
-    hole[k] = Hole(image, map, contrast);
+    hole[k] = (Bilinear(image, map.center) - body) / contrast;
     kinds[read >> i & 1].Add(resolution[k], hole[k]);
     darkest = std::min(darkest, hole[k]);
   }

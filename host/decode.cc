@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "host/sample.h"
 #include "topotag/marker.h"
 
 namespace topotag {
@@ -197,12 +198,11 @@ bool ReadGrid(const Points& points, Family family, int p1, const Hull& hull, int
          Assign(points, family, p1, inverse, reading) && Confirm(points, family, reading);
 }
 
-double AreaInUnits(const Node& node, int scale, const TagMap& map, Point2 tag) {
+// Black area and holes, in pixels of the labelled image.
+double WholeArea(const Node& node) {
   double area = node.black.area;
   for (int i = 0; i < node.hole_count; ++i) area += node.holes[static_cast<size_t>(i)].area;
-  Jacobian2 j;
-  map.Pixel(tag, &j);
-  return area / (scale * scale * std::abs(j[0] * j[3] - j[1] * j[2]));
+  return area;
 }
 
 // Sizes of all nodes and places of all holes.
@@ -213,16 +213,15 @@ bool CheckNodes(const Points& points, Family family, const Reading& reading, con
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<size_t>(i);
     const Node& node = *points.node[static_cast<size_t>(reading.point[k + 2])];
-    const Point2 model = ModelVertex(family, i + 2);
-    areas[k] = AreaInUnits(node, area.scale, map, model);
+    const LocalMap local(map, ModelVertex(family, i + 2));
+    const double unit_area = std::abs(local.Determinant());  // pixels
+    areas[k] = WholeArea(node) / (area.scale * area.scale * unit_area);
     if (node.hole_count == 0) continue;
-    Jacobian2 j;
-    const Point2 center = map.Pixel(model, &j);
+    const Jacobian2& j = local.j;
     const Point2 hole = Centroid(node.holes[0], area);
-    const double dx = hole.x - center.x;
-    const double dy = hole.y - center.y;
-    const double det = j[0] * j[3] - j[1] * j[2];
-    if (!(std::hypot(j[3] * dx - j[1] * dy, j[0] * dy - j[2] * dx) < kHoleFit * std::abs(det))) {
+    const double dx = hole.x - local.center.x;
+    const double dy = hole.y - local.center.y;
+    if (!(std::hypot(j[3] * dx - j[1] * dy, j[0] * dy - j[2] * dx) < kHoleFit * unit_area)) {
       return false;
     }
   }

@@ -26,43 +26,42 @@ constexpr int64_t kSecondLookShare = 4;
 constexpr int64_t kMinSecondLook = 4 * kMaxUpsampledArea;
 constexpr double kMaxTagSize = 1e6;  // metres: keeps the covariance finite
 
-[[noreturn]] void Invalid(const std::string& message) {
-  throw Error(ErrorCode::kInvalidArgument, message);
+std::string Size(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
 }
 
 void ValidateTagSize(double size, const std::string& what) {
-  if (!(size >= 0 && size <= kMaxTagSize)) {
-    Invalid(what + " " + Text(size) + " is not within 0 .. " + Text(kMaxTagSize) + " metres");
-  }
+  RequireRange(what, size, 0, kMaxTagSize, "metres");
 }
 
 Options Validated(Options options) {
-  if (options.families.empty()) Invalid("no family to detect");
+  if (options.families.empty()) FailArgument("no family to detect");
   std::sort(options.families.begin(), options.families.end());
   const auto twin = std::adjacent_find(options.families.begin(), options.families.end());
-  if (twin != options.families.end()) Invalid("family " + twin->name() + " is named twice");
+  if (twin != options.families.end()) FailArgument("family " + twin->name() + " is named twice");
   if (options.threads < 1) {
-    Invalid("threads " + std::to_string(options.threads) + " is less than 1");
+    FailArgument("threads " + std::to_string(options.threads) + " is less than 1");
   }
   if (options.camera) ValidateCamera(*options.camera);
   ValidateTagSize(options.tag_size, "tag size");
   for (const auto& [n, size] : options.family_tag_size) {
-    const std::string name = std::to_string(n) + "x" + std::to_string(n);
-    if (n < Family::kMinN || n > Family::kMaxN) Invalid("tag size of an unknown family " + name);
+    const std::string name = Size(n, n);
+    if (n < Family::kMinN || n > Family::kMaxN) {
+      FailArgument("tag size of an unknown family " + name);
+    }
     ValidateTagSize(size, "tag size of family " + name);
   }
   for (const auto& [key, size] : options.id_tag_size) {
     const auto& [n, id] = key;
-    const std::string name =
-        std::to_string(n) + "x" + std::to_string(n) + " ID " + std::to_string(id);
+    const std::string name = Size(n, n) + " ID " + std::to_string(id);
     if (n < Family::kMinN || n > Family::kMaxN || id >= Family(n).size()) {
-      Invalid("tag size of " + name + ", which does not exist");
+      FailArgument("tag size of " + name + ", which does not exist");
     }
     ValidateTagSize(size, "tag size of " + name);
   }
   if (options.roi && (options.roi->x < 0 || options.roi->y < 0 || options.roi->width < 1 ||
                       options.roi->height < 1)) {
-    Invalid("region of interest is empty or begins outside the frame");
+    FailArgument("region of interest is empty or begins outside the frame");
   }
   return options;
 }
@@ -90,10 +89,6 @@ bool IsSameMarker(const Decoded& a, const Decoded& b) {
   return dx * dx + dy * dy < 4 * std::abs(local.Determinant());
 }
 
-std::string Size(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
 }  // namespace
 
 Detector::Impl::Impl(Options o)
@@ -109,13 +104,14 @@ Rect Detector::Impl::Area(const ImageView& image) const {
   ValidateImage(image);
   if (options.camera && options.camera->width != 0 &&
       (options.camera->width != image.width || options.camera->height != image.height)) {
-    Invalid("the camera is calibrated for " + Size(options.camera->width, options.camera->height) +
-            " pixels, the image has " + Size(image.width, image.height));
+    FailArgument("the camera is calibrated for " +
+                 Size(options.camera->width, options.camera->height) + " pixels, the image has " +
+                 Size(image.width, image.height));
   }
   const Rect area = options.roi.value_or(Rect{0, 0, image.width, image.height});
   if (area.width > image.width - area.x || area.height > image.height - area.y) {
-    Invalid("region of interest reaches outside the image of " + Size(image.width, image.height) +
-            " pixels");
+    FailArgument("region of interest reaches outside the image of " +
+                 Size(image.width, image.height) + " pixels");
   }
   return area;
 }

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
-#include "topotag/error.h"
+#include "host/check.h"
 
 namespace topotag {
 
 Family::Family(int n) : n_(n) {
   if (n < kMinN || n > kMaxN) {
-    throw Error(ErrorCode::kInvalidArgument,
-                "family " + std::to_string(n) + "x" + std::to_string(n) + " is not one of 3x3 .. 8x8");
+    FailArgument("family " + std::to_string(n) + "x" + std::to_string(n) +
+                 " is not one of 3x3 .. 8x8");
   }
 }
 
@@ -18,8 +18,7 @@ Family Family::Parse(const std::string& name) {
       name[0] <= '0' + kMaxN) {
     return Family(name[0] - '0');
   }
-  throw Error(ErrorCode::kInvalidArgument,
-              "unknown family '" + name + "': expected one of 3x3, 4x4, 5x5, 6x6, 7x7, 8x8");
+  FailArgument("unknown family '" + name + "': expected one of 3x3, 4x4, 5x5, 6x6, 7x7, 8x8");
 }
 
 std::vector<Family> Family::ParseList(const std::string& names) {
@@ -28,7 +27,7 @@ std::vector<Family> Family::ParseList(const std::string& names) {
     const size_t end = std::min(names.find(',', begin), names.size());
     const Family family = Parse(names.substr(begin, end - begin));
     if (std::find(families.begin(), families.end(), family) != families.end()) {
-      throw Error(ErrorCode::kInvalidArgument, "family " + family.name() + " is named twice");
+      FailArgument("family " + family.name() + " is named twice");
     }
     families.push_back(family);
     begin = end + 1;

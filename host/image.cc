@@ -4,7 +4,7 @@
 #include <new>
 #include <string>
 
-#include "topotag/error.h"
+#include "host/check.h"
 
 namespace topotag {
 namespace {
@@ -13,22 +13,20 @@ constexpr size_t kRowAlignment = 64;
 
 void ValidateSize(int width, int height) {
   if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide) {
-    throw Error(ErrorCode::kInvalidArgument,
-                "image size " + std::to_string(width) + "x" + std::to_string(height) +
-                    " is not within 1x1 .. " + std::to_string(kMaxImageSide) + "x" +
-                    std::to_string(kMaxImageSide));
+    FailArgument("image size " + std::to_string(width) + "x" + std::to_string(height) +
+                 " is not within 1x1 .. " + std::to_string(kMaxImageSide) + "x" +
+                 std::to_string(kMaxImageSide));
   }
 }
 
 }  // namespace
 
 void ValidateImage(const ImageView& image) {
-  if (image.data == nullptr) throw Error(ErrorCode::kInvalidArgument, "image data is null");
+  if (image.data == nullptr) FailArgument("image data is null");
   ValidateSize(image.width, image.height);
   if (image.stride < image.width) {
-    throw Error(ErrorCode::kInvalidArgument, "image stride " + std::to_string(image.stride) +
-                                                 " is less than its width " +
-                                                 std::to_string(image.width));
+    FailArgument("image stride " + std::to_string(image.stride) + " is less than its width " +
+                 std::to_string(image.width));
   }
 }
 

@@ -2,14 +2,13 @@
 
 #include <string>
 
-#include "topotag/error.h"
+#include "host/check.h"
 
 namespace topotag {
 namespace {
 
 [[noreturn]] void Unknown(const char* what, const std::string& name, const char* expected) {
-  throw Error(ErrorCode::kInvalidArgument,
-              std::string("unknown ") + what + " '" + name + "': expected one of " + expected);
+  FailArgument(std::string("unknown ") + what + " '" + name + "': expected one of " + expected);
 }
 
 }  // namespace

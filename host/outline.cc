@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "topotag/error.h"
+#include "host/check.h"
 
 namespace topotag {
 namespace {
@@ -291,8 +291,7 @@ Polygon OffsetOutwards(const Polygon& polygon, double distance) {
   }
   Polygon outline = CurveGraph(std::move(curve)).OuterBoundary();
   if (outline.size() < 3) {
-    throw Error(ErrorCode::kInvalidArgument,
-                "polygon cannot be widened by " + std::to_string(distance) + " units");
+    FailArgument("polygon cannot be widened by " + std::to_string(distance) + " units");
   }
   return outline;
 }

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <csetjmp>
 
+#include "host/check.h"
 #include "host/file.h"
 #include "topotag/error.h"
 #include "topotag/image.h"
@@ -166,7 +167,7 @@ class PngSurface : public CairoSurface {
     Check(cairo_surface_status(surface()));
   }
 
-  void NextPage() override { throw Error(ErrorCode::kInvalidArgument, "a PNG has one page"); }
+  void NextPage() override { FailArgument("a PNG has one page"); }
 
   Point2 Aligned(Point2 point, double unit_mm) const override {
     const double scale = dpi_ / 25.4, unit = unit_mm * scale;
@@ -228,7 +229,7 @@ class SvgSurface : public PrintSurface {
     text_ += "\"/>\n";
   }
 
-  void NextPage() override { throw Error(ErrorCode::kInvalidArgument, "an SVG has one page"); }
+  void NextPage() override { FailArgument("an SVG has one page"); }
   Point2 Aligned(Point2 point, double) const override { return point; }
   std::string Finish() override { return text_ + "</svg>\n"; }
 
@@ -282,10 +283,9 @@ std::unique_ptr<PrintSurface> MakePrintSurface(PrintFormat format, double width_
   const double width = std::max(1.0, std::round(width_mm * dpi / 25.4));
   const double height = std::max(1.0, std::round(height_mm * dpi / 25.4));
   if (width > kMaxImageSide || height > kMaxImageSide) {
-    throw Error(ErrorCode::kInvalidArgument, "a PNG of " + std::to_string(std::llround(width)) +
-                                                 "x" + std::to_string(std::llround(height)) +
-                                                 " pixels is larger than " +
-                                                 std::to_string(kMaxImageSide) + " a side");
+    FailArgument("a PNG of " + std::to_string(std::llround(width)) + "x" +
+                 std::to_string(std::llround(height)) + " pixels is larger than " +
+                 std::to_string(kMaxImageSide) + " a side");
   }
   return std::make_unique<PngSurface>(static_cast<int>(width), static_cast<int>(height), dpi);
 }

@@ -227,6 +227,7 @@ void MeasureNodes(const ImageView& image, const NodeShapes& shapes, Decoded* dec
   const uint64_t bits = VertexBits(family, decoded->id);
   TagMap& map = decoded->map;
   std::vector<Target> targets;
+  targets.reserve(static_cast<size_t>(family.node_count()));
   targets.push_back(MakeTarget(image, map, BaselineCenter(family), shapes.baseline));
   for (int i = 2; i < family.vertex_count(); ++i) {
     const Shape& shape = (bits >> i & 1) != 0 ? shapes.ring : shapes.solid;

@@ -25,6 +25,16 @@ Scene OneMarker(double pitch = 24) {
   return scene;
 }
 
+// Any ID of n x n, pitch of 14 px or more, turned at random and tilted by up to 50 degrees.
+Scene AnyMarker(test::Random* random, int n, double max_pitch) {
+  Scene scene = OneMarker(random->Uniform(14, max_pitch));
+  SceneMarker& marker = scene.markers[0];
+  marker.design.family = Family(n);
+  marker.design.id = random->Below(marker.design.family.size());
+  marker.R = random->Tilted(random->Uniform(0, 50) * kDegree);
+  return scene;
+}
+
 std::vector<Detection> Detect(const Scene& scene, const Options& options = {}) {
   return Detector(options).detect(RenderScene(scene).view());
 }
@@ -77,11 +87,7 @@ TEST(DetectorTest, MirroredMarkersAreRejected) {
   test::Random random(3);
   Detector detector;
   for (int i = 0; i < 200; ++i) {
-    Scene scene = OneMarker(random.Uniform(14, 36));
-    SceneMarker& marker = scene.markers[0];
-    marker.design.family = Family(3 + i % 3);
-    marker.design.id = random.Below(marker.design.family.size());
-    marker.R = random.Tilted(random.Uniform(0, 50) * kDegree);
+    const Scene scene = AnyMarker(&random, 3 + i % 3, 36);
     const Image image = RenderScene(scene);
     ASSERT_EQ(detector.detect(image.view()).size(), 1u);
     Image mirrored(image.width(), image.height());
@@ -98,11 +104,7 @@ TEST(DetectorTest, ClippedMarkersAreRejected) {
   test::Random random(5);
   Detector detector;
   for (int i = 0; i < 200; ++i) {
-    Scene scene = OneMarker(random.Uniform(14, 30));
-    SceneMarker& marker = scene.markers[0];
-    marker.design.family = Family(3 + i % 3);
-    marker.design.id = random.Below(marker.design.family.size());
-    marker.R = random.Tilted(random.Uniform(0, 50) * kDegree);
+    const Scene scene = AnyMarker(&random, 3 + i % 3, 30);
     const Image image = RenderScene(scene);
     const Detection truth = GroundTruth(scene, 0);
     // Cut through the white area: at least 2 px of it are lost on either side.
