@@ -1,25 +1,26 @@
 #include "fallback/scalar_backend.h"
 
 #include "fallback/binarize.h"
+#include "host/stop_watch.h"
 
 namespace topotag::scalar {
 
-void ScalarBackend::Threshold(const ImageView& image, const ThresholdParams& params,
-                              ThresholdGrid* grid) {
-  scalar::ThresholdMap(image, params, &threshold_, grid);
-}
-
-void ScalarBackend::Binarize(const ImageView& image, const ThresholdGrid& grid, BitImage* bits) {
-  scalar::Binarize(image, grid, bits);
+void ScalarBackend::Binarize(const ImageView& image, const ThresholdParams& params, BitImage* bits,
+                             StageTimes* times) {
+  StopWatch watch;
+  scalar::ThresholdMap(image, params, &threshold_, &grid_);
+  times->threshold += watch.Lap();
+  scalar::Binarize(image, grid_, bits);
+  times->binarize += watch.Lap();
 }
 
 void ScalarBackend::Label(const BitImage& bits, Components* components) {
   scalar::Label(bits, &label_, components);
 }
 
-void ScalarBackend::Measure(const Components& components, const std::vector<uint32_t>& slot,
-                            std::vector<Feature>* features) {
-  scalar::Measure(components, slot, features);
+void ScalarBackend::Measure(const Components& components, const uint32_t* slot, size_t slots,
+                            Feature* features) {
+  scalar::Measure(components, slot, slots, features);
 }
 
 }  // namespace topotag::scalar

@@ -1,8 +1,9 @@
 #ifndef TOPOTAG_FALLBACK_SCALAR_BACKEND_H_
 #define TOPOTAG_FALLBACK_SCALAR_BACKEND_H_
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
-#include <vector>
 
 #include "fallback/label.h"
 #include "fallback/threshold.h"
@@ -14,15 +15,16 @@ namespace topotag::scalar {
 class ScalarBackend : public Backend {
  public:
   std::string name() const override { return "scalar"; }
-  void Threshold(const ImageView& image, const ThresholdParams& params,
-                 ThresholdGrid* grid) override;
-  void Binarize(const ImageView& image, const ThresholdGrid& grid, BitImage* bits) override;
+  void Binarize(const ImageView& image, const ThresholdParams& params, BitImage* bits,
+                StageTimes* times) override;
+  const ThresholdGrid& Grid() override { return grid_; }
   void Label(const BitImage& bits, Components* components) override;
-  void Measure(const Components& components, const std::vector<uint32_t>& slot,
-               std::vector<Feature>* features) override;
+  void Measure(const Components& components, const uint32_t* slot, size_t slots,
+               Feature* features) override;
 
  private:
   ThresholdWorkspace threshold_;
+  ThresholdGrid grid_;
   LabelWorkspace label_;
 };
 

@@ -93,7 +93,9 @@ bool IsSameMarker(const Decoded& a, const Decoded& b) {
 
 Detector::Impl::Impl(Options o)
     : options(Validated(std::move(o))),
-      backend(MakeBackend(options.backend)),
+      workers(options.threads),
+      backend(MakeBackend(options.backend, &workers)),
+      second_backend(MakeBackend(options.backend, &workers)),
       backend_name(backend->name()),
       first(MakeTreeParams(options)),
       second(MakeTreeParams(options)) {
@@ -153,7 +155,7 @@ void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const 
   for (const int sixteenths : kSecondLookSixteenths) {
     if (!small && sixteenths == threshold_params.contrast_sixteenths) continue;
     params.contrast_sixteenths = sixteenths;
-    second.Run(backend.get(), view, params, &times);
+    second.Run(second_backend.get(), view, params, &times);
     DecodeCandidates(image, second, {part.x, part.y, small ? 2 : 1, whole});
     if (decoded.size() > before) return;
   }

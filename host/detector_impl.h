@@ -9,6 +9,7 @@
 #include "host/decode.h"
 #include "host/segmentation.h"
 #include "host/upsample.h"
+#include "host/workers.h"
 #include "topotag/detector.h"
 
 namespace topotag {
@@ -31,7 +32,9 @@ struct Detector::Impl {
 
   Options options;
   ThresholdParams threshold_params;
+  Workers workers;
   std::unique_ptr<Backend> backend;
+  std::unique_ptr<Backend> second_backend;  ///< of the second looks
   std::string backend_name;
   StageTimes times;
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/buffer.h"
 #include "topotag/options.h"
 
 namespace topotag {
@@ -70,26 +71,42 @@ struct BitImage {
   }
 };
 
+/// Noise limit of the labelling: the image is cut into blocks of 64 x 16 pixels (one word by
+/// kBlockRows rows, from the first pixel on). A block in which more than kMaxBlockChanges pixels
+/// differ from their left neighbour is taken as black: no marker can be read in it, and the number
+/// of runs, thus time and memory, stays bounded.
+inline constexpr int kBlockRows = 16;
+inline constexpr int kMaxBlockChanges = 384;
+
 /// Connected components of both colours: white 4-connected, black 8-connected, everything outside
-/// the image black and one component with the black pixels that reach the border.
+/// the image black and one component, the outside, with the black pixels that reach the border.
 ///
-/// Canonical form: component 0 is the outside; the others are numbered in raster order of their
-/// first pixel. A row with the transitions t[0] < t[1] < ... < t[m-1] (x where the colour changes;
-/// m is even) has m + 1 runs: run k covers [t[k-1], t[k]), even runs are black, odd ones white, and
-/// the first and the last run belong to the outside.
+/// A row has m + 1 runs where the colour changes m times (m is even). Run k of row y covers
+/// [bound(f + k), bound(f + k + 1)), f being row_begin[y]; even runs are black, odd ones white, and
+/// the first and the last run belong to the outside: their outer bounds are -1 and kOutsideBound.
+///
+/// A component is known by the smallest of its labels, its root; label 0 is the outside. Labels
+/// grow in raster order of the first pixels, and roots in raster order of the components' first
+/// pixels; but which numbers are used differs between backends. CanonicalComponents removes that.
 struct Components {
+  struct Range {
+    uint32_t begin, end;
+  };
+  static constexpr int16_t kOutsideBound = 0x7fff;
+
   int width = 0;
   int height = 0;
-  std::vector<uint32_t> row_begin;   ///< height + 1 offsets into `transition`
-  std::vector<uint16_t> transition;  ///< of all rows
-  std::vector<uint32_t> label;       ///< component of each run; row y's first is run_begin(y)
-  std::vector<uint32_t> parent;      ///< of each component, the one around it; parent[0] = 0
-  std::vector<uint8_t> white;        ///< colour of each component
+  Buffer<uint32_t> row_begin;  ///< of each row, index of its first run
+  Buffer<uint32_t> row_runs;   ///< of each row, m + 1
+  Buffer<int16_t> bound;       ///< one more than runs in each row
+  Buffer<uint32_t> label;      ///< of each run
+  Buffer<uint32_t> root;       ///< of each label
+  Buffer<uint32_t> parent;     ///< of each root, the root of the component around it; parent[0] = 0
+  Buffer<uint8_t> white;       ///< of each root, its colour
+  std::vector<Range> ranges;   ///< of the labels in use, ascending; the first begins with 0
 
-  size_t size() const { return parent.size(); }
-  size_t run_begin(int y) const {
-    return row_begin[static_cast<size_t>(y)] + static_cast<size_t>(y);
-  }
+  /// One more than the largest label.
+  uint32_t label_end() const { return ranges.back().end; }
 };
 
 /// Sums over the pixels of one component within the image; x and y in pixels.

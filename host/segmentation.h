@@ -16,18 +16,14 @@ struct Segmentation {
   /// Adds the stages' times to *times.
   void Run(Backend* backend, const ImageView& image, const ThresholdParams& params,
            StageTimes* times) {
+    backend->Binarize(image, params, &bits, times);
     StopWatch watch;
-    backend->Threshold(image, params, &grid);
-    times->threshold += watch.Lap();
-    backend->Binarize(image, grid, &bits);
-    times->binarize += watch.Lap();
     backend->Label(bits, &components);
     times->label += watch.Lap();
     tree.Find(components, backend);
     times->tree += watch.Lap();
   }
 
-  ThresholdGrid grid;
   BitImage bits;
   Components components;
   TopologyTree tree;

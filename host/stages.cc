@@ -1,6 +1,7 @@
 #include "host/stages.h"
 
 #include "fallback/binarize.h"
+#include "host/canonical.h"
 #include "host/detector_impl.h"
 
 namespace topotag {
@@ -24,7 +25,7 @@ DetectorStages::DetectorStages(const Detector& detector) : impl_(*detector.impl_
 Image DetectorStages::ThresholdMap() const {
   Image map(impl_.first.bits.width, impl_.first.bits.height);
   for (int y = 0; y < map.height(); ++y) {
-    scalar::ThresholdRow(impl_.first.grid, y, map.width(), map.row(y));
+    scalar::ThresholdRow(impl_.backend->Grid(), y, map.width(), map.row(y));
   }
   return map;
 }
@@ -41,19 +42,7 @@ Image DetectorStages::Binary() const {
 }
 
 std::vector<uint32_t> DetectorStages::Labels() const {
-  const Components& components = impl_.first.components;
-  std::vector<uint32_t> labels;
-  labels.reserve(static_cast<size_t>(components.width) * static_cast<size_t>(components.height));
-  for (int y = 0; y < components.height; ++y) {
-    const auto row = static_cast<size_t>(y);
-    const uint32_t* label = components.label.data() + components.run_begin(y);
-    for (uint32_t i = components.row_begin[row]; i < components.row_begin[row + 1]; ++i) {
-      labels.resize(row * static_cast<size_t>(components.width) + components.transition[i],
-                    *label++);
-    }
-    labels.resize((row + 1) * static_cast<size_t>(components.width), *label);
-  }
-  return labels;
+  return CanonicalLabels(impl_.first.components);
 }
 
 std::vector<Rect> DetectorStages::Candidates() const {

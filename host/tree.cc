@@ -37,38 +37,53 @@ void TopologyTree::Find(const Components& components, Backend* backend) {
   candidates_.clear();
   doubts_.clear();
   nodes_.clear();
-  CountDescendants(components);
+  CountChildren(components);
   CollectMembers(components);
   if (members_.size() == 1) return;
-  features_.assign(members_.size(), Feature());
-  backend->Measure(components, slot_, &features_);
+  features_.Reserve(members_.size());
+  backend->Measure(components, slot_.data(), members_.size(), features_.data());
   for (uint32_t slot = 1; slot < members_.size(); ++slot) {
     if (members_[slot].depth == 0) BuildCandidate(slot);
   }
 }
 
-void TopologyTree::CountDescendants(const Components& components) {
-  child_count_.assign(components.size(), 0);
-  for (size_t i = 1; i < components.size(); ++i) ++child_count_[components.parent[i]];
+void TopologyTree::CountChildren(const Components& components) {
+  children_.Reserve(components.label_end());
+  for (const auto& [begin, end] : components.ranges) {
+    std::fill(children_.data() + begin, children_.data() + end, 0);
+    for (uint32_t label = begin; label < end; ++label) {
+      if (components.root[label] == label) ++children_[components.parent[label]];
+    }
+  }
 }
 
+// Parents have smaller labels than their children: one pass in ascending order.
 void TopologyTree::CollectMembers(const Components& components) {
-  slot_.assign(components.size(), 0);
+  slot_.Reserve(components.label_end());
   members_.assign(1, Member{0, 0, 0, 0});
-  for (uint32_t i = 1; i < components.size(); ++i) {
-    const uint32_t parent_slot = slot_[components.parent[i]];
-    const int children = static_cast<int>(child_count_[i]);
-    const bool is_root =
-        components.white[i] && children >= min_nodes_ - kMergedNodes && children <= max_nodes_;
-    // A root may lie in a node of another one: then it is a hole of that node as well.
-    const bool is_below = parent_slot != 0 && members_[parent_slot].depth < 3;
-    if (!is_root && !is_below) continue;
-    const auto slot = static_cast<uint32_t>(members_.size());
-    slot_[i] = slot;
-    Member member{i, 0, 0, is_root ? 0 : members_[parent_slot].depth + 1};
-    if (is_below) member.next = std::exchange(members_[parent_slot].first_child, slot);
-    members_.push_back(member);
+  slot_[0] = 0;
+  for (const auto& [begin, end] : components.ranges) {
+    for (uint32_t label = std::max(begin, 1u); label < end; ++label) {
+      const uint32_t root = components.root[label];
+      slot_[label] = root == label ? AddMember(components, label) : slot_[root];
+    }
   }
+}
+
+// Slot of the component, 0 if it is no member.
+uint32_t TopologyTree::AddMember(const Components& components, uint32_t root) {
+  const uint32_t parent_slot = slot_[components.parent[root]];
+  const int children = children_[root];
+  const bool is_root =
+      components.white[root] && children >= min_nodes_ - kMergedNodes && children <= max_nodes_;
+  // A root may lie in a node of another one: then it is a hole of that node as well.
+  const bool is_below = parent_slot != 0 && members_[parent_slot].depth < 3;
+  if (!is_root && !is_below) return 0;
+  const auto slot = static_cast<uint32_t>(members_.size());
+  Member member{root, 0, 0, is_root ? 0 : members_[parent_slot].depth + 1};
+  if (is_below) member.next = std::exchange(members_[parent_slot].first_child, slot);
+  members_.push_back(member);
+  return slot;
 }
 
 // False where the component cannot be a node: more than two holes, or something in a hole.

@@ -73,8 +73,9 @@ class TopologyTree {
     int depth;
   };
 
-  void CountDescendants(const Components& components);
+  void CountChildren(const Components& components);
   void CollectMembers(const Components& components);
+  uint32_t AddMember(const Components& components, uint32_t root);
   bool BuildNode(uint32_t slot, Node* node) const;
   void BuildCandidate(uint32_t root_slot);
   bool HasLikeNodes(const Candidate& candidate) const;
@@ -84,10 +85,10 @@ class TopologyTree {
   TreeParams params_;
   int min_nodes_;
   int max_nodes_;
-  std::vector<uint32_t> child_count_;
-  std::vector<uint32_t> slot_;  ///< of each component, index into members_; 0 = none
+  Buffer<int> children_;   ///< of each root, how many
+  Buffer<uint32_t> slot_;  ///< of each label, index into members_; 0 = none
   std::vector<Member> members_;
-  std::vector<Feature> features_;
+  Buffer<Feature> features_;
   std::vector<Node> nodes_;
   std::vector<Candidate> candidates_;
   std::vector<Doubt> doubts_;

@@ -1,0 +1,71 @@
+#ifndef TOPOTAG_HOST_WORKERS_H_
+#define TOPOTAG_HOST_WORKERS_H_
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace topotag {
+
+/// The threads that share the work of one frame: the caller and `threads - 1` others.
+///
+/// Work is cut into tasks that do not depend on the number of threads; whoever is free takes the
+/// next one. So a result never depends on who computed it, and a thread that the system has taken
+/// away delays a frame by one task at most. Idle threads spin for a moment, because waking a parked
+/// one takes longer than most frames, then park.
+/// Thread safety: For is called by one thread at a time.
+class Workers {
+ public:
+  /// @throws std::system_error where the system has no more threads
+  explicit Workers(int threads);
+  ~Workers();
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+
+  int threads() const { return static_cast<int>(others_.size()) + 1; }
+
+  /// Calls task(0) .. task(count - 1), in any order, and returns when all have ended. The first
+  /// exception of a task is thrown here, after the others have ended.
+  template <typename Task>
+  void For(int count, const Task& task) {
+    static_assert(std::is_invocable_v<const Task&, int>);
+    if (count <= 1 || others_.empty()) {
+      for (int i = 0; i < count; ++i) task(i);
+      return;
+    }
+    Run(
+        count, [](const void* context, int i) { (*static_cast<const Task*>(context))(i); }, &task);
+  }
+
+ private:
+  using Call = void (*)(const void* context, int index);
+
+  void Run(int count, Call call, const void* context);
+  bool RunOne();
+  void Serve();
+  void Stop();
+  bool WaitForTask();
+
+  // The job under way, written before open_ is raised and read only by who has taken a task of it.
+  int count_ = 0;
+  Call call_ = nullptr;
+  const void* context_ = nullptr;
+  std::exception_ptr error_;
+  alignas(64) std::atomic<int> open_{0};        ///< tasks that nobody has taken
+  alignas(64) std::atomic<int> unfinished_{0};  ///< tasks that have not ended
+  alignas(64) std::atomic<bool> parked_{false};
+  std::atomic<bool> stop_{false};
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<std::thread> others_;
+};
+
+}  // namespace topotag
+
+#endif  // TOPOTAG_HOST_WORKERS_H_

@@ -1,0 +1,158 @@
+#include "simd/binarize.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+
+#include "host/workers.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/binarize.cc"
+#include <hwy/foreach_target.h>
+//
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace topotag::simd {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Up to four 128-bit blocks: a block of bytes is one tile.
+constexpr hn::CappedTag<uint8_t, 64> kU8;
+constexpr hn::CappedTag<uint16_t, 32> kU16;
+constexpr hn::CappedTag<int16_t, 32> kI16;
+
+// Room for the corners of the widest image, the block that is read at each, and the longest vector.
+constexpr size_t kMaxCorners = kMaxImageSide / kTile + 2 + 256;
+constexpr size_t kMaxThresholds = kMaxImageSide + 512;
+
+struct Lines {
+  HWY_ALIGN int16_t base[kMaxCorners];  // 32 times the threshold at the corner, plus 128 to round
+  HWY_ALIGN int16_t step[kMaxCorners];  // to the next corner, per 32th of a tile
+  HWY_ALIGN uint8_t threshold[kMaxThresholds];
+};
+
+// Interpolates the rows of corners vertically. All products fit 16 bits modulo 2^16, and the final
+// sums fit without.
+void InterpolateCorners(const ThresholdGrid& grid, int y, Lines* lines) {
+  const uint16_t* upper = grid.row(y / kTile);
+  const uint16_t* lower = grid.row(y / kTile + 1);
+  const int group = (y % kTile) / kRowsPerThreshold;
+  const int weight = group * kRowsPerThreshold + kRowsPerThreshold / 2;
+  const size_t cols = static_cast<size_t>(grid.cols);
+  const auto w_upper = hn::Set(kU16, static_cast<uint16_t>(kTile - weight));
+  const auto w_lower = hn::Set(kU16, static_cast<uint16_t>(weight));
+  const size_t lanes = hn::Lanes(kU16);
+  HWY_ALIGN uint16_t tail[2][HWY_MAX_BYTES / sizeof(uint16_t)];
+  for (size_t c = 0; c < cols; c += lanes) {
+    if (cols - c < lanes) {
+      std::copy_n(upper + c, cols - c, tail[0]);
+      std::copy_n(lower + c, cols - c, tail[1]);
+    }
+    const auto u = cols - c < lanes ? hn::Load(kU16, tail[0]) : hn::LoadU(kU16, upper + c);
+    const auto l = cols - c < lanes ? hn::Load(kU16, tail[1]) : hn::LoadU(kU16, lower + c);
+    const auto sum = hn::Add(hn::Mul(u, w_upper), hn::Mul(l, w_lower));
+    const auto value = hn::ShiftRight<4>(hn::Add(sum, hn::Set(kU16, kTile / 2)));
+    hn::Store(hn::BitCast(kI16, value), kI16, lines->step + c);
+  }
+  for (size_t c = 0; c < cols; c += lanes) {
+    const auto value = hn::Load(kI16, lines->step + c);
+    const auto next = hn::LoadU(kI16, lines->step + c + 1);
+    hn::Store(hn::Add(hn::ShiftLeft<5>(value), hn::Set(kI16, 128)), kI16, lines->base + c);
+    hn::Store(hn::Sub(next, value), kI16, lines->step + c);
+  }
+}
+
+// Thresholds of one row of pixels. The pixels of a tile are computed in pairs, the even one in the
+// low, the odd one in the high byte of 16 bits.
+void InterpolateRow(int width, Lines* lines) {
+  const size_t lanes = hn::Lanes(kU8);
+  // In block b: bytes 2b and 2b + 1, eight times.
+  const auto block = hn::ShiftRight<3>(hn::Iota(kU16, 0));
+  const auto pick =
+      hn::BitCast(kI16, hn::Add(hn::Mul(block, hn::Set(kU16, 0x0202)), hn::Set(kU16, 0x0100)));
+  // 4 i + 1 for the i-th pair of a tile: weight of the right corner at its even pixel.
+  const auto pair = hn::And(hn::Iota(kI16, 0), hn::Set(kI16, 7));
+  const auto weight = hn::Add(hn::ShiftLeft<2>(pair), hn::Set(kI16, 1));
+  for (size_t x = 0; x < static_cast<size_t>(width); x += lanes) {
+    const size_t corner = x / kTile;
+    const auto base = hn::TableLookupBytes(hn::LoadDup128(kI16, lines->base + corner), pick);
+    const auto step = hn::TableLookupBytes(hn::LoadDup128(kI16, lines->step + corner), pick);
+    const auto even = hn::Add(base, hn::Mul(step, weight));
+    const auto odd = hn::Add(even, hn::Add(step, step));
+    const auto low = hn::ShiftRight<8>(hn::BitCast(kU16, even));
+    const auto high = hn::And(hn::BitCast(kU16, odd), hn::Set(kU16, 0xff00));
+    hn::Store(hn::BitCast(kU8, hn::Or(low, high)), kU8, lines->threshold + x);
+  }
+}
+
+template <class V>
+auto NotBelow(V pixels, V threshold) {
+  return hn::Eq(hn::Max(pixels, threshold), pixels);
+}
+
+// Bits of one row: 1 where the pixel is not below its threshold. `out` has room for whole words.
+void CompareRow(const uint8_t* row, const uint8_t* threshold, int width, int words, uint64_t* out) {
+  const size_t lanes = hn::Lanes(kU8);
+  auto* bytes = reinterpret_cast<uint8_t*>(out);
+  const size_t count = static_cast<size_t>(width);
+  size_t x = 0;
+  for (; x + lanes <= count; x += lanes) {
+    const auto pixels = hn::LoadU(kU8, row + x);
+    hn::StoreMaskBits(kU8, NotBelow(pixels, hn::Load(kU8, threshold + x)), bytes + x / 8);
+  }
+  if (x == count) {
+    std::fill(bytes + x / 8, bytes + static_cast<size_t>(words) * 8, uint8_t{0});
+    return;
+  }
+  uint64_t rest[HWY_MAX_BYTES / 64 + 1] = {};
+  HWY_ALIGN uint8_t pixels[HWY_MAX_BYTES] = {};
+  std::copy_n(row + x, count - x, pixels);
+  hn::StoreMaskBits(kU8, NotBelow(hn::Load(kU8, pixels), hn::Load(kU8, threshold + x)),
+                    reinterpret_cast<uint8_t*>(rest));
+  const size_t bits = count - x;
+  rest[bits / 64] &= (uint64_t{1} << (bits % 64)) - 1;
+  std::memcpy(bytes + x / 8, rest, static_cast<size_t>(words) * 8 - x / 8);
+}
+
+}  // namespace
+
+void BinarizeRows(const ImageView& image, const ThresholdGrid& grid, int begin, int end,
+                  BitImage* bits) {
+  Lines lines;
+  for (int y = begin; y < end; ++y) {
+    if (y % kRowsPerThreshold == 0) {
+      InterpolateCorners(grid, y, &lines);
+      InterpolateRow(image.width, &lines);
+    }
+    CompareRow(image.row(y), lines.threshold, image.width, bits->words, bits->row(y));
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace topotag::simd
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace topotag::simd {
+namespace {
+
+HWY_EXPORT(BinarizeRows);
+
+constexpr int kRowsPerTask = 64;  // a multiple of kRowsPerThreshold
+
+}  // namespace
+
+void Binarize(const ImageView& image, const ThresholdGrid& grid, Workers* workers, BitImage* bits) {
+  bits->Resize(image.width, image.height);
+  workers->For((image.height + kRowsPerTask - 1) / kRowsPerTask, [&](int task) {
+    const int begin = task * kRowsPerTask;
+    const int end = std::min(begin + kRowsPerTask, image.height);
+    HWY_DYNAMIC_DISPATCH(BinarizeRows)(image, grid, begin, end, bits);
+  });
+}
+
+}  // namespace topotag::simd
+#endif  // HWY_ONCE

@@ -1,0 +1,301 @@
+#include "simd/threshold.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "host/workers.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/threshold.cc"
+#include <hwy/foreach_target.h>
+//
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace topotag::simd {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr int16_t kNone = -1;
+constexpr hn::ScalableTag<uint8_t> kU8;
+constexpr hn::ScalableTag<int16_t> kI16;
+constexpr hn::Rebind<uint8_t, hn::ScalableTag<int16_t>> kU8Half;
+
+// Lane 0 of each 128-bit block: the extreme of the block.
+template <class Reduce, class V>
+V BlockExtreme(const Reduce& reduce, V v) {
+  v = reduce(v, hn::ShiftRightBytes<8>(kU8, v));
+  v = reduce(v, hn::ShiftRightBytes<4>(kU8, v));
+  v = reduce(v, hn::ShiftRightBytes<2>(kU8, v));
+  return reduce(v, hn::ShiftRightBytes<1>(kU8, v));
+}
+
+// Extremes of the tiles of one row of tiles.
+void TileExtremes(const ImageView& image, int tile_row, uint8_t* tile_min, uint8_t* tile_max) {
+  const auto min = [](auto a, auto b) { return hn::Min(a, b); };
+  const auto max = [](auto a, auto b) { return hn::Max(a, b); };
+  const int lanes = static_cast<int>(hn::Lanes(kU8));
+  const int y_begin = tile_row * kTile;
+  const int y_end = std::min(y_begin + kTile, image.height);
+  HWY_ALIGN uint8_t extremes[2 * HWY_MAX_BYTES];
+  int x = 0;
+  for (; x + lanes <= image.width; x += lanes) {
+    auto lo = hn::Set(kU8, 255);
+    auto hi = hn::Zero(kU8);
+    for (int y = y_begin; y < y_end; y += 2) {
+      const auto upper = hn::LoadU(kU8, image.row(y) + x);
+      const auto lower = hn::LoadU(kU8, image.row(std::min(y + 1, y_end - 1)) + x);
+      const auto mean = hn::AverageRound(upper, lower);
+      lo = hn::Min(lo, mean);
+      hi = hn::Max(hi, mean);
+    }
+    hn::Store(BlockExtreme(min, lo), kU8, extremes);
+    hn::Store(BlockExtreme(max, hi), kU8, extremes + lanes);
+    for (int i = 0; i < lanes; i += kTile) {
+      *tile_min++ = extremes[i];
+      *tile_max++ = extremes[lanes + i];
+    }
+  }
+  for (; x < image.width; x += kTile) {
+    int lo = 255;
+    int hi = 0;
+    for (int y = y_begin; y < y_end; y += 2) {
+      const uint8_t* upper = image.row(y);
+      const uint8_t* lower = image.row(std::min(y + 1, y_end - 1));
+      for (int i = x; i < std::min(x + kTile, image.width); ++i) {
+        const int mean = (upper[i] + lower[i] + 1) >> 1;
+        lo = std::min(lo, mean);
+        hi = std::max(hi, mean);
+      }
+    }
+    *tile_min++ = static_cast<uint8_t>(lo);
+    *tile_max++ = static_cast<uint8_t>(hi);
+  }
+}
+
+// One row of corners from the rows of tiles above and below it, which begin one tile to the left.
+// Fills the padding with corners without contrast.
+void CornerRow(const ThresholdParams& params, int cols, const ThresholdWorkspace& ws, int row,
+               uint8_t* corner_min, uint8_t* corner_max, int16_t* value) {
+  const auto stride = static_cast<size_t>(ws.stride);
+  const size_t above = static_cast<size_t>(row) * stride;
+  const auto corner = [&](const uint8_t* tile, size_t c, auto extreme) {
+    return extreme(
+        extreme(hn::LoadU(kU8, tile + c), hn::LoadU(kU8, tile + c + 1)),
+        extreme(hn::LoadU(kU8, tile + stride + c), hn::LoadU(kU8, tile + stride + c + 1)));
+  };
+  const size_t count = static_cast<size_t>(cols);
+  for (size_t c = 0; c < count; c += hn::Lanes(kU8)) {
+    hn::StoreU(corner(ws.tile_min.data() + above, c, [](auto a, auto b) { return hn::Min(a, b); }),
+               kU8, corner_min + c);
+    hn::StoreU(corner(ws.tile_max.data() + above, c, [](auto a, auto b) { return hn::Max(a, b); }),
+               kU8, corner_max + c);
+  }
+  const auto min_contrast = hn::Set(kI16, static_cast<int16_t>(params.min_contrast));
+  const auto sixteenths = hn::Set(kI16, static_cast<int16_t>(params.contrast_sixteenths));
+  for (size_t c = 0; c < count; c += hn::Lanes(kI16)) {
+    const auto lo = hn::PromoteTo(kI16, hn::LoadU(kU8Half, corner_min + c));
+    const auto hi = hn::PromoteTo(kI16, hn::LoadU(kU8Half, corner_max + c));
+    const auto contrast = hn::Sub(hi, lo);
+    const auto threshold =
+        hn::Add(hn::ShiftLeft<3>(lo), hn::ShiftRight<1>(hn::Mul(sixteenths, contrast)));
+    hn::StoreU(hn::IfThenElse(hn::Lt(contrast, min_contrast), hn::Set(kI16, kNone), threshold),
+               kI16, value + c);
+  }
+  for (size_t c = count; c < hwy::RoundUpTo(count, 2 * hn::Lanes(kI16)); ++c) value[c] = kNone;
+}
+
+// One row of the coarse level: means, rounded down, of the valid ones of four cells.
+void PushRow(const int16_t* upper, const int16_t* lower, int coarse_cols, int16_t* coarse) {
+  const auto one = hn::Set(kI16, 1);
+  const auto two = hn::Set(kI16, 2);
+  const hn::RebindToUnsigned<decltype(kI16)> u16;
+  const size_t count = static_cast<size_t>(coarse_cols);
+  for (size_t c = 0; c < count; c += hn::Lanes(kI16)) {
+    hn::Vec<decltype(kI16)> cell[4];
+    hn::LoadInterleaved2(kI16, upper + 2 * c, cell[0], cell[1]);
+    hn::LoadInterleaved2(kI16, lower + 2 * c, cell[2], cell[3]);
+    auto sum = hn::Zero(kI16);
+    auto n = hn::Zero(kI16);
+    for (const auto& v : cell) {
+      const auto valid = hn::Gt(v, hn::Set(kI16, kNone));
+      sum = hn::Add(sum, hn::IfThenElseZero(valid, v));
+      n = hn::Add(n, hn::IfThenElseZero(valid, one));
+    }
+    // A third of at most 3 * kMaxThreshold, exactly.
+    const auto third = hn::BitCast(
+        kI16, hn::MulHigh(hn::BitCast(u16, sum), hn::Set(u16, static_cast<uint16_t>(21846))));
+    auto mean = hn::IfThenElse(hn::Gt(n, hn::Set(kI16, 3)), hn::ShiftRight<2>(sum), third);
+    mean = hn::IfThenElse(hn::Eq(n, two), hn::ShiftRight<1>(sum), mean);
+    mean = hn::IfThenElse(hn::Eq(n, one), sum, mean);
+    mean = hn::IfThenElse(hn::Gt(one, n), hn::Set(kI16, kNone), mean);
+    hn::StoreU(mean, kI16, coarse + c);
+  }
+  for (size_t c = count; c < hwy::RoundUpTo(count, 2 * hn::Lanes(kI16)); ++c) coarse[c] = kNone;
+}
+
+// Gives the cells of a row that have no value that of the coarse cell above them.
+void PullRow(const int16_t* coarse, int cols, int16_t* fine) {
+  const size_t count = static_cast<size_t>(cols);
+  const size_t lanes = hn::Lanes(kI16);
+  HWY_ALIGN int16_t doubled[2 * HWY_MAX_BYTES / sizeof(int16_t)];
+  for (size_t c = 0; c < count; c += 2 * lanes) {
+    const auto from = hn::LoadU(kI16, coarse + c / 2);
+    hn::StoreInterleaved2(from, from, kI16, doubled);
+    for (size_t half = 0; half < 2 * lanes; half += lanes) {
+      const auto own = hn::LoadU(kI16, fine + c + half);
+      const auto other = hn::Load(kI16, doubled + half);
+      hn::StoreU(hn::IfThenElse(hn::Gt(own, hn::Set(kI16, kNone)), own, other), kI16,
+                 fine + c + half);
+    }
+  }
+}
+
+// Moves the thresholds of corners without contrast out of the corners' own range.
+void GuardRow(const ThresholdParams& params, int cols, const uint8_t* corner_min,
+              const uint8_t* corner_max, int16_t* value) {
+  const auto min_contrast = hn::Set(kI16, static_cast<int16_t>(params.min_contrast));
+  const size_t count = static_cast<size_t>(cols);
+  for (size_t c = 0; c < count; c += hn::Lanes(kI16)) {
+    const auto lo = hn::PromoteTo(kI16, hn::LoadU(kU8Half, corner_min + c));
+    const auto hi = hn::PromoteTo(kI16, hn::LoadU(kU8Half, corner_max + c));
+    const auto contrast = hn::Sub(hi, lo);
+    const auto guard = hn::Add(hn::ShiftLeft<2>(contrast), hn::Set(kI16, 16));
+    const auto own = hn::LoadU(kI16, value + c);
+    const auto above = hn::Max(own, hn::Add(hn::ShiftLeft<3>(hi), guard));
+    const auto below = hn::Min(own, hn::Sub(hn::ShiftLeft<3>(lo), guard));
+    const auto is_low = hn::Lt(own, hn::ShiftLeft<2>(hn::Add(lo, hi)));
+    const auto moved = hn::Min(hn::Max(hn::IfThenElse(is_low, below, above), hn::Zero(kI16)),
+                               hn::Set(kI16, static_cast<int16_t>(kMaxThreshold)));
+    hn::StoreU(hn::IfThenElse(hn::Lt(contrast, min_contrast), moved, own), kI16, value + c);
+  }
+}
+
+// All levels are of the workspace; returns false where no cell has a value.
+bool PushPull(ThresholdWorkspace* ws) {
+  const auto row = [&](const ThresholdLevel& level, int r) {
+    return ws->cells.data() + level.offset + static_cast<size_t>(r) * level.stride;
+  };
+  for (size_t k = 1; k < ws->levels.size(); ++k) {
+    const ThresholdLevel& fine = ws->levels[k - 1];
+    const ThresholdLevel& coarse = ws->levels[k];
+    std::fill_n(row(fine, fine.rows), fine.stride, kNone);
+    for (int r = 0; r < coarse.rows; ++r) {
+      PushRow(row(fine, 2 * r), row(fine, 2 * r + 1), coarse.cols, row(coarse, r));
+    }
+  }
+  if (*row(ws->levels.back(), 0) == kNone) return false;
+  for (size_t k = ws->levels.size() - 1; k > 0; --k) {
+    const ThresholdLevel& fine = ws->levels[k - 1];
+    for (int r = 0; r < fine.rows; ++r) {
+      PullRow(row(ws->levels[k], r / 2), fine.cols, row(fine, r));
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+void Tiles(const ImageView& image, int tile_row, ThresholdWorkspace* ws) {
+  const size_t first = static_cast<size_t>(tile_row + 1) * static_cast<size_t>(ws->stride);
+  uint8_t* tile_min = ws->tile_min.data() + first;
+  uint8_t* tile_max = ws->tile_max.data() + first;
+  TileExtremes(image, tile_row, tile_min + 1, tile_max + 1);
+  const int tile_cols = (image.width + kTile - 1) / kTile;
+  tile_min[0] = 255;
+  tile_max[0] = 0;
+  std::fill(tile_min + 1 + tile_cols, tile_min + ws->stride, uint8_t{255});
+  std::fill(tile_max + 1 + tile_cols, tile_max + ws->stride, uint8_t{0});
+}
+
+void Corners(const ThresholdParams& params, ThresholdWorkspace* ws, ThresholdGrid* grid) {
+  const ThresholdLevel& finest = ws->levels[0];
+  const auto corner_row = [&](Buffer<uint8_t>& corners, int r) {
+    return corners.data() + static_cast<size_t>(r) * static_cast<size_t>(ws->stride);
+  };
+  const auto cell_row = [&](int r) {
+    return ws->cells.data() + static_cast<size_t>(r) * static_cast<size_t>(finest.stride);
+  };
+  for (int r = 0; r < finest.rows; ++r) {
+    CornerRow(params, finest.cols, *ws, r, corner_row(ws->corner_min, r),
+              corner_row(ws->corner_max, r), cell_row(r));
+  }
+  if (!PushPull(ws)) {
+    std::fill(grid->value.begin(), grid->value.end(), uint16_t{0});
+    return;
+  }
+  for (int r = 0; r < finest.rows; ++r) {
+    GuardRow(params, finest.cols, corner_row(ws->corner_min, r), corner_row(ws->corner_max, r),
+             cell_row(r));
+    std::copy_n(cell_row(r), finest.cols, grid->row(r));
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace topotag::simd
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace topotag::simd {
+namespace {
+
+HWY_EXPORT(Tiles);
+HWY_EXPORT(Corners);
+
+constexpr int kTileRowsPerTask = 4;
+// Twice the longest vector of any target: bytes of tiles, or cells.
+constexpr int kPadding = 512;
+
+int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
+
+// Reserves everything for a grid of this size.
+void Prepare(const ThresholdGrid& grid, ThresholdWorkspace* ws) {
+  ws->stride = RoundUp(grid.cols + 1, kPadding) + kPadding;
+  const size_t bytes = static_cast<size_t>(ws->stride) * static_cast<size_t>(grid.rows + 1);
+  for (Buffer<uint8_t>* tiles : {&ws->tile_min, &ws->tile_max, &ws->corner_min, &ws->corner_max}) {
+    tiles->Reserve(bytes);
+  }
+  // No tiles above the first and below the last row.
+  for (const int row : {0, grid.rows}) {
+    const size_t first = static_cast<size_t>(row) * static_cast<size_t>(ws->stride);
+    std::fill_n(ws->tile_min.data() + first, ws->stride, uint8_t{255});
+    std::fill_n(ws->tile_max.data() + first, ws->stride, uint8_t{0});
+  }
+  ws->levels.clear();
+  int cols = grid.cols;
+  int rows = grid.rows;
+  size_t offset = 0;
+  for (;;) {
+    ws->levels.push_back({cols, rows, RoundUp(cols, kPadding) + kPadding, offset});
+    offset += static_cast<size_t>(ws->levels.back().stride) * static_cast<size_t>(rows + 1);
+    if (cols == 1 && rows == 1) break;
+    cols = (cols + 1) / 2;
+    rows = (rows + 1) / 2;
+  }
+  ws->cells.Reserve(offset);
+}
+
+}  // namespace
+
+void ThresholdMap(const ImageView& image, const ThresholdParams& params, Workers* workers,
+                  ThresholdWorkspace* workspace, ThresholdGrid* grid) {
+  if (params.preset == Preset::kPaper) {
+    scalar::ThresholdMap(image, params, &workspace->paper, grid);
+    return;
+  }
+  grid->Resize(image.width, image.height);
+  Prepare(*grid, workspace);
+  const int tile_rows = grid->rows - 1;
+  workers->For((tile_rows + kTileRowsPerTask - 1) / kTileRowsPerTask, [&](int task) {
+    const int begin = task * kTileRowsPerTask;
+    for (int row = begin; row < std::min(begin + kTileRowsPerTask, tile_rows); ++row) {
+      HWY_DYNAMIC_DISPATCH(Tiles)(image, row, workspace);
+    }
+  });
+  HWY_DYNAMIC_DISPATCH(Corners)(params, workspace, grid);
+}
+
+}  // namespace topotag::simd
+#endif  // HWY_ONCE
