@@ -60,8 +60,8 @@ void CornerExtremes(const ThresholdGrid& grid, ThresholdWorkspace* ws) {
 constexpr uint16_t kNone = 0xffff;
 
 // Replaces kNone in a cols x rows array by values of the others. Each level of the pyramid halves
-// both sides (rounded up); a coarse cell is the mean, rounded down, of its up to four valid cells,
-// and a cell without a value takes that of the coarse cell above it.
+// both sides (rounded up); a coarse cell is the largest of its up to four valid cells, and a cell
+// without a value takes that of the coarse cell above it.
 // Returns false where there is no value at all.
 bool PushPull(int cols, int rows, uint16_t* fine, std::vector<uint16_t>* memory, size_t offset) {
   const size_t cells = static_cast<size_t>(cols) * static_cast<size_t>(rows);
@@ -71,18 +71,18 @@ bool PushPull(int cols, int rows, uint16_t* fine, std::vector<uint16_t>* memory,
   uint16_t* coarse = memory->data() + offset;
   for (int r = 0; r < coarse_rows; ++r) {
     for (int c = 0; c < coarse_cols; ++c) {
-      int sum = 0;
-      int count = 0;
+      uint16_t largest = 0;
+      bool found = false;
       for (int fr = 2 * r; fr < std::min(2 * r + 2, rows); ++fr) {
         for (int fc = 2 * c; fc < std::min(2 * c + 2, cols); ++fc) {
           const uint16_t value =
               fine[static_cast<size_t>(fr) * static_cast<size_t>(cols) + static_cast<size_t>(fc)];
           if (value == kNone) continue;
-          sum += value;
-          ++count;
+          largest = std::max(largest, value);
+          found = true;
         }
       }
-      *coarse++ = count == 0 ? kNone : static_cast<uint16_t>(sum / count);
+      *coarse++ = found ? largest : kNone;
     }
   }
   coarse = memory->data() + offset;

@@ -107,31 +107,15 @@ void CornerRow(const ThresholdParams& params, int cols, const ThresholdWorkspace
   for (size_t c = count; c < hwy::RoundUpTo(count, 2 * hn::Lanes(kI16)); ++c) value[c] = kNone;
 }
 
-// One row of the coarse level: means, rounded down, of the valid ones of four cells.
+// One row of the coarse level: the largest of four cells. kNone is less than any value.
 void PushRow(const int16_t* upper, const int16_t* lower, int coarse_cols, int16_t* coarse) {
-  const auto one = hn::Set(kI16, 1);
-  const auto two = hn::Set(kI16, 2);
-  const hn::RebindToUnsigned<decltype(kI16)> u16;
   const size_t count = static_cast<size_t>(coarse_cols);
   for (size_t c = 0; c < count; c += hn::Lanes(kI16)) {
-    hn::Vec<decltype(kI16)> cell[4];
-    hn::LoadInterleaved2(kI16, upper + 2 * c, cell[0], cell[1]);
-    hn::LoadInterleaved2(kI16, lower + 2 * c, cell[2], cell[3]);
-    auto sum = hn::Zero(kI16);
-    auto n = hn::Zero(kI16);
-    for (const auto& v : cell) {
-      const auto valid = hn::Gt(v, hn::Set(kI16, kNone));
-      sum = hn::Add(sum, hn::IfThenElseZero(valid, v));
-      n = hn::Add(n, hn::IfThenElseZero(valid, one));
-    }
-    // A third of at most 3 * kMaxThreshold, exactly.
-    const auto third = hn::BitCast(
-        kI16, hn::MulHigh(hn::BitCast(u16, sum), hn::Set(u16, static_cast<uint16_t>(21846))));
-    auto mean = hn::IfThenElse(hn::Gt(n, hn::Set(kI16, 3)), hn::ShiftRight<2>(sum), third);
-    mean = hn::IfThenElse(hn::Eq(n, two), hn::ShiftRight<1>(sum), mean);
-    mean = hn::IfThenElse(hn::Eq(n, one), sum, mean);
-    mean = hn::IfThenElse(hn::Gt(one, n), hn::Set(kI16, kNone), mean);
-    hn::StoreU(mean, kI16, coarse + c);
+    hn::Vec<decltype(kI16)> even, odd;
+    hn::LoadInterleaved2(kI16, upper + 2 * c, even, odd);
+    const auto above = hn::Max(even, odd);
+    hn::LoadInterleaved2(kI16, lower + 2 * c, even, odd);
+    hn::StoreU(hn::Max(above, hn::Max(even, odd)), kI16, coarse + c);
   }
   for (size_t c = count; c < hwy::RoundUpTo(count, 2 * hn::Lanes(kI16)); ++c) coarse[c] = kNone;
 }
