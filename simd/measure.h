@@ -13,9 +13,16 @@ class Workers;
 
 namespace topotag::simd {
 
+/// Sums of one component in the making.
+struct alignas(32) PartialFeature {
+  int64_t sums[2];    ///< of x and of y
+  int16_t limits[4];  ///< largest of -1 - x, -1 - y, x, y
+  uint32_t area;
+};
+
 /// Memory of Measure, kept between frames.
 struct MeasureWorkspace {
-  Buffer<Feature> partial;  ///< the features of each task but the first
+  Buffer<PartialFeature> partial;  ///< of every slot for the first task, then for the next one
 };
 
 /// Equals scalar::Measure.
