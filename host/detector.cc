@@ -39,8 +39,9 @@ Options Validated(Options options) {
   std::sort(options.families.begin(), options.families.end());
   const auto twin = std::adjacent_find(options.families.begin(), options.families.end());
   if (twin != options.families.end()) FailArgument("family " + twin->name() + " is named twice");
-  if (options.threads < 1) {
-    FailArgument("threads " + std::to_string(options.threads) + " is less than 1");
+  if (options.threads < 1 || options.threads > kMaxThreads) {
+    FailArgument("threads " + std::to_string(options.threads) + " is not in the range 1.." +
+                 std::to_string(kMaxThreads));
   }
   if (options.camera) ValidateCamera(*options.camera);
   ValidateTagSize(options.tag_size, "tag size");
@@ -80,13 +81,21 @@ ImageView Crop(const ImageView& image, const Rect& area) {
   return {image.row(area.y) + area.x, area.width, area.height, image.stride};
 }
 
-// Two readings of the same place: their centres are less than half a pitch apart.
-bool IsSameMarker(const Decoded& a, const Decoded& b) {
-  const LocalMap local(a.map, {0, 0});
-  const Point2 other = b.map.Pixel({0, 0});
-  const double dx = other.x - local.center.x;
-  const double dy = other.y - local.center.y;
-  return dx * dx + dy * dy < 4 * std::abs(local.Determinant());
+// A reading of a place that was read before: the centres are less than half a pitch apart.
+bool IsKnown(const std::vector<Marker>& markers, const Decoded& decoded) {
+  const LocalMap local(decoded.map, {0, 0});
+  return std::any_of(markers.begin(), markers.end(), [&](const Marker& other) {
+    const double dx = other.center.x - local.center.x;
+    const double dy = other.center.y - local.center.y;
+    return dx * dx + dy * dy < 4 * std::abs(local.Determinant());
+  });
+}
+
+bool ComesBefore(const Marker* a, const Marker* b) {
+  const auto key = [](const Marker* m) {
+    return std::make_tuple(m->decoded.family.n(), m->decoded.id, m->center.y, m->center.x);
+  };
+  return key(a) < key(b);
 }
 
 }  // namespace
@@ -126,7 +135,7 @@ double Detector::Impl::TagSize(Family family, uint64_t id) const {
 }
 
 void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
-  decoded.clear();
+  markers.clear();
   first.Run(backend.get(), Crop(image, whole), threshold_params, &times);
   DecodeCandidates(image, first, {whole.x, whole.y, 1, whole});
   if (options.preset == Preset::kPaper) return;
@@ -151,58 +160,74 @@ void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const 
   const ImageView view = small ? Upsample(Crop(image, part), &upsampled) : Crop(image, part);
   times.threshold += watch.Lap();
   ThresholdParams params = threshold_params;
-  const size_t before = decoded.size();
+  const size_t before = markers.size();
   for (const int sixteenths : kSecondLookSixteenths) {
     if (!small && sixteenths == threshold_params.contrast_sixteenths) continue;
     params.contrast_sixteenths = sixteenths;
     second.Run(second_backend.get(), view, params, &times);
     DecodeCandidates(image, second, {part.x, part.y, small ? 2 : 1, whole});
-    if (decoded.size() > before) return;
+    if (markers.size() > before) return;
   }
 }
 
 void Detector::Impl::DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
                                       const SearchArea& area) {
   StopWatch watch;
-  for (const Candidate& candidate : segmentation.tree.candidates()) {
-    Decoded one;
-    if (Decode(candidate, segmentation.tree.nodes(candidate), camera(), area, &one) &&
-        ConfirmBits(image, &one) &&
-        std::none_of(decoded.begin(), decoded.end(),
-                     [&](const Decoded& other) { return IsSameMarker(one, other); })) {
-      decoded.push_back(one);
+  const std::vector<Candidate>& candidates = segmentation.tree.candidates();
+  attempts.resize(candidates.size());
+  workers.For(static_cast<int>(candidates.size()), [&](int i) {
+    const Candidate& candidate = candidates[static_cast<size_t>(i)];
+    Attempt& attempt = attempts[static_cast<size_t>(i)];
+    attempt.succeeded =
+        Decode(candidate, segmentation.tree.nodes(candidate), camera(), area, &attempt.decoded) &&
+        ConfirmBits(image, &attempt.decoded);
+  });
+  for (const Attempt& attempt : attempts) {
+    if (attempt.succeeded && !IsKnown(markers, attempt.decoded)) {
+      markers.push_back({attempt.decoded, attempt.decoded.map.Pixel({0, 0}), {}});
     }
   }
   times.decode += watch.Lap();
 }
 
-void Detector::Impl::MeasureVertices(const ImageView& image, std::vector<Detection>* detections) {
-  detections->resize(decoded.size());
-  for (size_t i = 0; i < decoded.size(); ++i) {
-    Decoded& one = decoded[i];
+void Detector::Impl::MeasureVertices(const ImageView& image) {
+  workers.For(static_cast<int>(markers.size()), [&](int i) {
+    Marker& marker = markers[static_cast<size_t>(i)];
+    RefineVertices(image, &marker.decoded, &marker.vertices);
+    marker.center = marker.decoded.map.Pixel({0, 0});
+  });
+}
+
+void Detector::Impl::Report(std::vector<Detection>* detections) {
+  order.clear();
+  for (const Marker& marker : markers) order.push_back(&marker);
+  std::sort(order.begin(), order.end(), ComesBefore);
+  detections->resize(order.size());
+  for (size_t i = 0; i < order.size(); ++i) {
+    const Decoded& decoded = order[i]->decoded;
+    const double half = decoded.family.white_side() / 2.0;
     Detection& detection = (*detections)[i];
-    RefineVertices(image, &one, &detection.vertices);
-    detection.family = one.family;
-    detection.id = one.id;
-    detection.center = one.map.Pixel({0, 0});
-    const double half = one.family.white_side() / 2.0;
-    detection.corners = {one.map.Pixel({-half, -half}), one.map.Pixel({half, -half}),
-                         one.map.Pixel({half, half}), one.map.Pixel({-half, half})};
+    detection.family = decoded.family;
+    detection.id = decoded.id;
+    detection.center = order[i]->center;
+    detection.corners = {decoded.map.Pixel({-half, -half}), decoded.map.Pixel({half, -half}),
+                         decoded.map.Pixel({half, half}), decoded.map.Pixel({-half, half})};
+    detection.vertices = order[i]->vertices;
   }
 }
 
 void Detector::Impl::EstimatePoses(std::vector<Detection>* detections) {
-  for (size_t i = 0; i < decoded.size(); ++i) {
-    Detection& detection = (*detections)[i];
+  workers.For(static_cast<int>(order.size()), [&](int i) {
+    Detection& detection = (*detections)[static_cast<size_t>(i)];
     detection.pose.reset();
     const double size = TagSize(detection.family, detection.id);
-    if (camera() == nullptr || size == 0) continue;
-    Pose pose;
-    if (EstimatePose(detection.family, detection.vertices, decoded[i].map.ideal, *camera(), size,
-                     &pose)) {
-      detection.pose = pose;
+    if (camera() == nullptr || size == 0) return;
+    const Homography& map = order[static_cast<size_t>(i)]->decoded.map.ideal;
+    if (!EstimatePose(detection.family, detection.vertices, map, *camera(), size,
+                      &detection.pose.emplace())) {
+      detection.pose.reset();
     }
-  }
+  });
 }
 
 Detector::Detector(Options options) : impl_(std::make_unique<Impl>(std::move(options))) {}
@@ -223,16 +248,11 @@ void Detector::detect(const ImageView& image, std::vector<Detection>* detections
   StopWatch total;
   impl_->Search(image, area);
   StopWatch watch;
-  impl_->MeasureVertices(image, detections);
+  impl_->MeasureVertices(image);
+  impl_->Report(detections);
   impl_->times.vertices = watch.Lap();
   impl_->EstimatePoses(detections);
   impl_->times.pose = watch.Lap();
-  std::sort(detections->begin(), detections->end(), [](const Detection& a, const Detection& b) {
-    const auto key = [](const Detection& d) {
-      return std::make_tuple(d.family.n(), d.id, d.center.y, d.center.x);
-    };
-    return key(a) < key(b);
-  });
   impl_->times.total = total.Lap();
 }
 

@@ -14,6 +14,19 @@
 
 namespace topotag {
 
+/// A candidate that may become a marker.
+struct Attempt {
+  bool succeeded;
+  Decoded decoded;
+};
+
+/// A marker in the making.
+struct Marker {
+  Decoded decoded;
+  Point2 center;  ///< pixels
+  VertexList vertices;
+};
+
 /// A detector's configuration and the workspace of its last frame.
 struct Detector::Impl {
   explicit Impl(Options o);
@@ -27,7 +40,8 @@ struct Detector::Impl {
   void LookAgain(const ImageView& image, const Rect& whole, const Rect& part);
   void DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
                         const SearchArea& area);
-  void MeasureVertices(const ImageView& image, std::vector<Detection>* detections);
+  void MeasureVertices(const ImageView& image);
+  void Report(std::vector<Detection>* detections);
   void EstimatePoses(std::vector<Detection>* detections);
 
   Options options;
@@ -41,7 +55,9 @@ struct Detector::Impl {
   Segmentation first;   ///< of the whole area
   Segmentation second;  ///< of one doubtful part of it
   UpsampleWorkspace upsampled;
-  std::vector<Decoded> decoded;
+  std::vector<Attempt> attempts;  ///< to decode the candidates of one segmentation
+  std::vector<Marker> markers;
+  std::vector<const Marker*> order;  ///< in which they are reported
 };
 
 }  // namespace topotag

@@ -1,6 +1,7 @@
 #include "topotag/options.h"
 
 #include <string>
+#include <thread>
 
 #include "host/check.h"
 
@@ -40,5 +41,7 @@ Preset ParsePreset(const std::string& name) {
   if (name == "paper") return Preset::kPaper;
   Unknown("preset", name, "default, paper");
 }
+
+int DefaultThreads() { return std::thread::hardware_concurrency() > 1 ? 2 : 1; }
 
 }  // namespace topotag

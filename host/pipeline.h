@@ -4,6 +4,7 @@
 // The data that the backend stages hand to each other. Their contents are the same, byte for byte,
 // on every backend, target, device and thread count; docs/design.md states the definitions.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -54,20 +55,29 @@ struct ThresholdGrid {
 
 /// One bit a pixel, 1 = white; bit x % 64 of word x / 64 of its row. Bits beyond the width are 0.
 struct BitImage {
+  /// Words before the first and behind the last row that may be read, by vectors, and are 0.
+  static constexpr size_t kPadding = 8;
+
   int width = 0;
   int height = 0;
-  int words = 0;  ///< per row, ceil(width / 64)
+  int words = 0;  ///< per row, ceil(width / 64); rows follow one another
   std::vector<uint64_t> bits;
 
+  /// The contents of the rows are unspecified until written.
   void Resize(int w, int h) {
     width = w;
     height = h;
     words = (w + 63) / 64;
-    bits.resize(static_cast<size_t>(words) * static_cast<size_t>(h));
+    bits.resize(size() + 2 * kPadding);
+    std::fill_n(bits.begin(), kPadding, 0);
+    std::fill_n(bits.end() - kPadding, kPadding, 0);
   }
-  uint64_t* row(int y) { return bits.data() + static_cast<size_t>(y) * static_cast<size_t>(words); }
+  size_t size() const { return static_cast<size_t>(words) * static_cast<size_t>(height); }
+  uint64_t* row(int y) {
+    return bits.data() + kPadding + static_cast<size_t>(y) * static_cast<size_t>(words);
+  }
   const uint64_t* row(int y) const {
-    return bits.data() + static_cast<size_t>(y) * static_cast<size_t>(words);
+    return bits.data() + kPadding + static_cast<size_t>(y) * static_cast<size_t>(words);
   }
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 
 #include "host/workers.h"
 #include "topotag/image.h"
@@ -21,69 +20,77 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr hn::CappedTag<uint64_t, 8> kU64;
+constexpr hn::Repartition<uint8_t, decltype(kU64)> kU8;
 
-// Words of the widest row, padded to vectors and one more in front.
-constexpr size_t kMaxStride = (kMaxImageSide + 511) / 512 * 8 + 8;
+// Words of the widest row and one behind it, padded to vectors.
+constexpr size_t kMaxStride = (kMaxImageSide + 63) / 64 / 8 * 8 + 8;
 
-// One band of rows, `stride` words apart, each behind a word that is zero.
-struct Band {
-  uint64_t* row(int y) { return bits + 8 + static_cast<size_t>(y) * stride; }
-  uint64_t* change_row(int y) { return change + static_cast<size_t>(y) * stride; }
+// Some rows of a bit image.
+struct Rows {
+  const uint64_t* row(int y) const { return bits + static_cast<size_t>(y) * words; }
 
-  int rows;
+  const uint64_t* bits;  // readable for BitImage::kPadding words before and behind
   size_t words;
-  size_t stride;
-  HWY_ALIGN uint64_t bits[kBlockRows * kMaxStride + 8];
-  HWY_ALIGN uint64_t change[kBlockRows * kMaxStride];  // bits that differ from their left neighbour
-  HWY_ALIGN uint64_t count[kMaxStride];                // of them in each block
+  int count;
 };
 
-void Copy(const BitImage& image, int first_row, Band* band) {
-  band->rows = std::min(kBlockRows, image.height - first_row);
-  band->words = static_cast<size_t>(image.words);
-  band->stride = (band->words + 7) / 8 * 8 + 8;
-  for (int y = 0; y < band->rows; ++y) {
-    band->row(y)[-1] = 0;
-    std::memcpy(band->row(y), image.row(first_row + y), band->words * sizeof(uint64_t));
-  }
-}
+// The bits of a band that differ from their left neighbour. A row that is white up to the end of
+// its last word has one more in the word behind it.
+struct Changes {
+  uint64_t* row(int y) { return bits + static_cast<size_t>(y) * stride; }
 
-void FindChanges(Band* band) {
-  for (size_t w = 0; w < band->words; w += hn::Lanes(kU64)) {
-    auto count = hn::Zero(kU64);
-    for (int y = 0; y < band->rows; ++y) {
-      const uint64_t* row = band->row(y) + w;
-      const auto own = hn::LoadU(kU64, row);
-      const auto left = hn::ShiftRight<63>(hn::LoadU(kU64, row - 1));
+  size_t words;
+  size_t stride;
+  HWY_ALIGN uint64_t bits[kBlockRows * kMaxStride];
+  HWY_ALIGN uint64_t count[kMaxStride];  // in each block
+};
+
+void FindChanges(const Rows& rows, Changes* changes) {
+  changes->words = rows.words + 1;
+  changes->stride = rows.words / 8 * 8 + 8;
+  for (size_t w = 0; w < changes->words; w += hn::Lanes(kU64)) {
+    // Vectors reach into the rows before and behind.
+    const auto word = hn::Iota(kU64, w);
+    const auto is_own = hn::Lt(word, hn::Set(kU64, rows.words));
+    const auto has_left =
+        hn::And(hn::Lt(hn::Zero(kU64), word), hn::Lt(word, hn::Set(kU64, changes->words)));
+    auto count = hn::Zero(kU8);  // at most 8 * kBlockRows
+    for (int y = 0; y < rows.count; ++y) {
+      const uint64_t* row = rows.row(y) + w;
+      const auto own = hn::IfThenElseZero(is_own, hn::LoadU(kU64, row));
+      const auto left = hn::IfThenElseZero(has_left, hn::ShiftRight<63>(hn::LoadU(kU64, row - 1)));
       const auto change = hn::Xor(own, hn::Or(hn::Add(own, own), left));
-      hn::Store(change, kU64, band->change_row(y) + w);
-      count = hn::Add(count, hn::PopulationCount(change));
+      hn::Store(change, kU64, changes->row(y) + w);
+      count = hn::Add(count, hn::PopulationCount(hn::BitCast(kU8, change)));
     }
-    hn::Store(count, kU64, band->count + w);
+    hn::Store(hn::SumsOf8(count), kU64, changes->count + w);
   }
 }
 
 // Takes the blocks above the noise limit as black.
-void RemoveNoise(Band* band) {
-  bool found = false;
-  for (size_t w = 0; w < band->words; ++w) {
-    if (band->count[w] <= kMaxBlockChanges) continue;
-    found = true;
-    for (int y = 0; y < band->rows; ++y) band->row(y)[w] = 0;
+void RemoveNoise(const Rows& rows, Changes* changes) {
+  const auto is_noise = [](uint64_t count) { return count > kMaxBlockChanges; };
+  if (std::none_of(changes->count, changes->count + rows.words, is_noise)) return;
+  HWY_ALIGN uint64_t copy[kBlockRows * kMaxStride + 2 * BitImage::kPadding];
+  uint64_t* bits = copy + BitImage::kPadding;
+  std::copy_n(rows.bits, static_cast<size_t>(rows.count) * rows.words, bits);
+  for (size_t w = 0; w < rows.words; ++w) {
+    if (!is_noise(changes->count[w])) continue;
+    for (int y = 0; y < rows.count; ++y) bits[static_cast<size_t>(y) * rows.words + w] = 0;
   }
-  if (found) FindChanges(band);
+  FindChanges({bits, rows.words, rows.count}, changes);
 }
 
-// Writes the bounds of one row; returns how many runs it has.
-uint32_t EmitBounds(const uint64_t* change, size_t words, bool ends_white, int16_t* bound) {
+// Writes the bounds of one row; returns how many runs it has. Positions are written four at a time,
+// the last ones in vain: fewer branches to mispredict.
+uint32_t EmitBounds(const uint64_t* change, size_t words, int16_t* bound) {
   int16_t* out = bound;
   *out++ = -1;
   for (size_t w = 0; w < words; ++w) {
     uint64_t rest = change[w];
     if (rest == 0) continue;
-    const auto base = static_cast<int16_t>(w * 64);
+    const int base = static_cast<int>(w * 64);
     const size_t count = hwy::PopCount(rest);
-    // Four at a time, the last ones in vain: fewer branches to mispredict.
     for (size_t i = 0; i < count; i += 4) {
       for (size_t k = 0; k < 4; ++k) {
         const uint64_t stop = rest | uint64_t{1} << 63;
@@ -94,7 +101,6 @@ uint32_t EmitBounds(const uint64_t* change, size_t words, bool ends_white, int16
     }
     out += count;
   }
-  if (ends_white) *out++ = static_cast<int16_t>(words * 64);
   for (int i = 0; i < kBoundsBehind; ++i) out[i] = Components::kOutsideBound;
   return static_cast<uint32_t>(out - bound);
 }
@@ -103,16 +109,16 @@ uint32_t EmitBounds(const uint64_t* change, size_t words, bool ends_white, int16
 
 // Runs of one band, from index `begin` on.
 void FindBandRuns(const BitImage& bits, int first_row, uint32_t begin, Components* components) {
-  Band band;
-  Copy(bits, first_row, &band);
-  FindChanges(&band);
-  RemoveNoise(&band);
-  for (int y = 0; y < band.rows; ++y) {
+  const Rows rows{bits.row(first_row), static_cast<size_t>(bits.words),
+                  std::min(kBlockRows, bits.height - first_row)};
+  Changes changes;
+  FindChanges(rows, &changes);
+  RemoveNoise(rows, &changes);
+  for (int y = 0; y < rows.count; ++y) {
     begin += kBoundsBefore;
     int16_t* bound = components->bound.data() + begin;
     std::fill_n(bound - kBoundsBefore, kBoundsBefore, int16_t{-2});
-    const bool ends_white = band.row(y)[band.words - 1] >> 63 != 0;
-    const uint32_t runs = EmitBounds(band.change_row(y), band.words, ends_white, bound);
+    const uint32_t runs = EmitBounds(changes.row(y), changes.words, bound);
     components->row_begin[static_cast<size_t>(first_row + y)] = begin;
     components->row_runs[static_cast<size_t>(first_row + y)] = runs;
     begin += runs + kBoundsBehind;

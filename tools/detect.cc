@@ -29,7 +29,7 @@ struct Arguments {
   std::string tag_size;
   std::string roi;
   std::string backend = "auto";
-  std::string threads = "1";
+  std::string threads = std::to_string(DefaultThreads());
   std::string device;
   std::string preset = "default";
   std::string pose = "vertices";
@@ -66,8 +66,9 @@ Rect ParseRoi(const std::string& text) {
 
 int ParseThreads(const std::string& text) {
   const uint64_t threads = ParseUnsigned("--threads", text);
-  if (threads < 1 || threads > INT_MAX) {
-    throw UsageError("--threads: " + text + " is not a number of threads, 1 or more");
+  if (threads < 1 || threads > kMaxThreads) {
+    throw UsageError("--threads: " + text + " is not a number of threads, 1 to " +
+                     std::to_string(kMaxThreads));
   }
   return static_cast<int>(threads);
 }
@@ -291,7 +292,7 @@ Command AddDetect(CLI::App* app) {
           "scalar, simd, opencl, or auto (default): that of TOPOTAG_BACKEND, else the fastest; "
           "see topotag info");
   AddText(command, "Computation", "--threads", &a.threads, "N",
-          "Threads (default: 1); scalar always uses one");
+          "Threads for each frame (default: 2, or 1 on a single processor)");
   AddText(command, "Computation", "--device", &a.device, "INDEX",
           "OpenCL device; only with --backend opencl");
   command->footer(

@@ -27,14 +27,19 @@ const char* Name(BackendKind backend);
 /// "default", "paper".
 Preset ParsePreset(const std::string& name);
 
+/// What is fastest for one frame: 2, or 1 on a machine with one processor.
+int DefaultThreads();
+inline constexpr int kMaxThreads = 256;
+
 struct Options {
   std::vector<Family> families{Family(3), Family(4), Family(5)};
   Preset preset = Preset::kDefault;
 
-  /// kAuto takes the environment variable TOPOTAG_BACKEND where it is set, else the fastest
-  /// backend of this build. A backend that is not available is an error, never replaced.
+  /// kAuto takes the environment variable TOPOTAG_BACKEND where it is set, else simd. A backend that is not available is an error, never replaced.
   BackendKind backend = BackendKind::kAuto;
-  int threads = 1;  ///< >= 1; the scalar backend always runs on one
+  /// Of one frame, 1 .. kMaxThreads, the caller's included; results do not depend on it. For many
+  /// frames at a time: one detector with one thread on each processor.
+  int threads = DefaultThreads();
 
   /// Lens and intrinsics. Without it there is no pose.
   std::optional<Camera> camera;
