@@ -18,7 +18,6 @@ constexpr int kMergedNodes = 4;
 
 // A hole smaller than this part of its node's black area is noise: a real one has an eighth.
 constexpr uint32_t kMinHoleFraction = 50;
-constexpr int kNoNode = 3;  // hole_count of a component that cannot be a node
 
 bool IsBelowPercent(uint32_t area, int percent, uint32_t reference) {
   return uint64_t{100} * area < static_cast<uint64_t>(percent) * reference;
@@ -119,95 +118,90 @@ bool TopologyTree::BuildNode(uint32_t slot, Node* node) const {
 }
 
 void TopologyTree::BuildCandidate(uint32_t root_slot) {
+  children_by_area_.clear();
+  for (uint32_t slot = members_[root_slot].first_child; slot != 0; slot = members_[slot].next) {
+    children_by_area_.push_back({features_[slot].area, slot});
+  }
+  std::sort(children_by_area_.begin(), children_by_area_.end(), [](const Child& a, const Child& b) {
+    return a.area != b.area ? a.area > b.area : a.slot < b.slot;
+  });
   Candidate candidate;
   candidate.root = members_[root_slot].component;
   candidate.white = features_[root_slot];
-  candidate.first_node = static_cast<int>(nodes_.size());
-  for (uint32_t slot = members_[root_slot].first_child; slot != 0; slot = members_[slot].next) {
-    Node node;
-    // A component that is no node may still be a small error node: it keeps its area.
-    if (!BuildNode(slot, &node)) node.hole_count = kNoNode;
-    nodes_.push_back(node);
+  const bool is_doubtful = HasLikeNodes(candidate.white);
+  const int count = NodesOfLargestFamily(&candidate.family);
+  if (count != 0 && BuildNodes(count, &candidate)) {
+    candidates_.push_back(candidate);
+  } else if (is_doubtful) {
+    doubts_.push_back({candidate.root, candidate.white});
   }
-  std::sort(nodes_.begin() + candidate.first_node, nodes_.end(), [](const Node& a, const Node& b) {
-    return a.black.area != b.black.area ? a.black.area > b.black.area : a.component < b.component;
-  });
-  const bool doubtful = HasLikeNodes(candidate);
-  if (RemoveErrorNodes(&candidate)) {
-    std::sort(nodes_.begin() + candidate.first_node, nodes_.end(),
-              [](const Node& a, const Node& b) { return a.component < b.component; });
-    if (FindBaseline(&candidate)) {
-      candidates_.push_back(candidate);
-      return;
-    }
-  }
-  if (doubtful) doubts_.push_back({candidate.root, candidate.white});
-  nodes_.resize(static_cast<size_t>(candidate.first_node));
 }
 
-// Whether the children (by falling area) could be the nodes of a marker, whole or in pieces.
-bool TopologyTree::HasLikeNodes(const Candidate& candidate) const {
-  const Node* begin = nodes_.data() + candidate.first_node;
-  const Node* end = nodes_.data() + nodes_.size();
+// Whether the children could be the nodes of a marker, whole or in pieces.
+bool TopologyTree::HasLikeNodes(const Feature& white) const {
+  const uint64_t largest = children_by_area_[0].area;
   uint64_t cover = 0;
   int count = 0;
-  for (const Node* node = begin; node != end; ++node) {
-    if (node->black.area * kMaxNodeAreaRatio < begin->black.area) break;
-    cover += node->black.area;
+  for (const Child& child : children_by_area_) {
+    if (child.area * kMaxNodeAreaRatio < largest) break;
+    cover += child.area;
     ++count;
   }
-  return count >= min_nodes_ - kMergedNodes &&
-         100 * cover > kMinCoverPercent * candidate.white.area &&
-         100 * cover < kMaxCoverPercent * candidate.white.area;
+  return count >= min_nodes_ - kMergedNodes && 100 * cover > kMinCoverPercent * white.area &&
+         100 * cover < kMaxCoverPercent * white.area;
 }
 
-// False unless exactly one node has two holes, and all others one or none.
-bool TopologyTree::FindBaseline(Candidate* candidate) const {
-  int baselines = 0;
-  for (int i = 0; i < candidate->node_count; ++i) {
-    const int holes = nodes_.data()[candidate->first_node + i].hole_count;
-    if (holes == kNoNode) return false;
-    if (holes != 2) continue;
-    candidate->baseline = i;
-    ++baselines;
-  }
-  return baselines == 1;
-}
-
-// Leaves, of children by falling area, the nodes of the largest family whose surplus nodes are all
-// errors. False where there is none.
-bool TopologyTree::RemoveErrorNodes(Candidate* candidate) {
-  const auto begin = nodes_.begin() + candidate->first_node;
-  const int count = static_cast<int>(nodes_.end() - begin);
+// Nodes of the largest family for which all further children are errors; 0 where there is none.
+int TopologyTree::NodesOfLargestFamily(Family* family) const {
+  const size_t count = children_by_area_.size();
   uint32_t baseline_area = 0;
   if (params_.baseline_reference) {
-    const auto baseline =
-        std::find_if(begin, nodes_.end(), [](const Node& node) { return node.hole_count == 2; });
-    if (baseline == nodes_.end()) return false;
-    baseline_area = baseline->black.area;
+    const auto baseline = std::find_if(
+        children_by_area_.begin(), children_by_area_.end(), [this](const Child& child) {
+          Node node;
+          return BuildNode(child.slot, &node) && node.hole_count == 2;
+        });
+    if (baseline == children_by_area_.end()) return 0;
+    baseline_area = baseline->area;
   }
-
+  const auto is_error = [&](const Child& child, uint32_t reference) {
+    return IsBelowPercent(child.area, params_.theta1_percent, reference);
+  };
   int kept = 0;
-  for (const Family& family : params_.families) {
-    const int nodes = family.node_count();
-    if (nodes > count || nodes <= kept) continue;
-    const uint32_t reference =
-        params_.baseline_reference ? baseline_area : begin[nodes - 1].black.area;
-    if (params_.baseline_reference &&
-        IsBelowPercent(begin[nodes - 1].black.area, params_.theta1_percent, reference)) {
-      continue;
-    }
-    if (nodes < count &&
-        !IsBelowPercent(begin[nodes].black.area, params_.theta1_percent, reference)) {
-      continue;
-    }
-    kept = nodes;
-    candidate->family = family;
+  for (const Family& candidate : params_.families) {
+    const auto nodes = static_cast<size_t>(candidate.node_count());
+    if (nodes > count || candidate.node_count() <= kept) continue;
+    const Child& smallest = children_by_area_[nodes - 1];
+    const uint32_t reference = params_.baseline_reference ? baseline_area : smallest.area;
+    if (is_error(smallest, reference)) continue;
+    if (nodes < count && !is_error(children_by_area_[nodes], reference)) continue;
+    kept = candidate.node_count();
+    *family = candidate;
   }
-  if (kept == 0) return false;
-  candidate->node_count = kept;
-  nodes_.resize(nodes_.size() - static_cast<size_t>(count - kept));
-  return true;
+  return kept;
+}
+
+// Appends the `count` largest children as the candidate's nodes, in the order of their components.
+// False, and nothing is left, unless exactly one has two holes and all others one or none.
+bool TopologyTree::BuildNodes(int count, Candidate* candidate) {
+  candidate->first_node = static_cast<int>(nodes_.size());
+  candidate->node_count = count;
+  const auto begin = children_by_area_.begin();
+  std::sort(begin, begin + count, [](const Child& a, const Child& b) { return a.slot < b.slot; });
+  nodes_.resize(nodes_.size() + static_cast<size_t>(count));
+  int baselines = 0;
+  for (int i = 0; i < count; ++i) {
+    Node& node = nodes_[static_cast<size_t>(candidate->first_node + i)];
+    node = Node();
+    if (!BuildNode(begin[i].slot, &node) || (node.hole_count == 2 && ++baselines > 1)) {
+      baselines = 0;
+      break;
+    }
+    if (node.hole_count == 2) candidate->baseline = i;
+  }
+  if (baselines == 1) return true;
+  nodes_.resize(static_cast<size_t>(candidate->first_node));
+  return false;
 }
 
 }  // namespace topotag

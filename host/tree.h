@@ -73,14 +73,20 @@ class TopologyTree {
     int depth;
   };
 
+  /// A child of the possible root that is being looked at.
+  struct Child {
+    uint32_t area;
+    uint32_t slot;
+  };
+
   void CountChildren(const Components& components);
   void CollectMembers(const Components& components);
   uint32_t AddMember(const Components& components, uint32_t root);
   bool BuildNode(uint32_t slot, Node* node) const;
   void BuildCandidate(uint32_t root_slot);
-  bool HasLikeNodes(const Candidate& candidate) const;
-  bool RemoveErrorNodes(Candidate* candidate);
-  bool FindBaseline(Candidate* candidate) const;
+  bool HasLikeNodes(const Feature& white) const;
+  int NodesOfLargestFamily(Family* family) const;
+  bool BuildNodes(int count, Candidate* candidate);
 
   TreeParams params_;
   int min_nodes_;
@@ -89,6 +95,7 @@ class TopologyTree {
   Buffer<uint32_t> slot_;  ///< of each label, index into members_; 0 = none
   std::vector<Member> members_;
   Buffer<Feature> features_;
+  std::vector<Child> children_by_area_;  ///< falling
   std::vector<Node> nodes_;
   std::vector<Candidate> candidates_;
   std::vector<Doubt> doubts_;
