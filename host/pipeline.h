@@ -111,7 +111,7 @@ struct Components {
   Buffer<int16_t> bound;       ///< one more than runs in each row
   Buffer<uint32_t> label;      ///< of each run
   Buffer<uint32_t> root;       ///< of each label
-  Buffer<uint32_t> parent;     ///< of each root, the root of the component around it; parent[0] = 0
+  Buffer<uint32_t> parent;     ///< of each root, the root around it; of other labels, a smaller one
   Buffer<uint8_t> white;       ///< of each root, its colour
   std::vector<Range> ranges;   ///< of the labels in use, ascending; the first begins with 0
 

@@ -46,12 +46,17 @@ void TopologyTree::Find(const Components& components, Backend* backend) {
   }
 }
 
+// In this and the next pass, most labels are of no interest, and whether one is a root is as good
+// as random: no branch depends on it.
 void TopologyTree::CountChildren(const Components& components) {
   children_.Reserve(components.label_end());
+  const uint32_t* root = components.root.data();
+  const uint32_t* parent = components.parent.data();
+  uint32_t* children = children_.data();
   for (const auto& [begin, end] : components.ranges) {
-    std::fill(children_.data() + begin, children_.data() + end, 0);
+    std::fill(children + begin, children + end, 0);
     for (uint32_t label = begin; label < end; ++label) {
-      if (components.root[label] == label) ++children_[components.parent[label]];
+      children[parent[label]] += root[label] == label;
     }
   }
 }
@@ -61,28 +66,31 @@ void TopologyTree::CollectMembers(const Components& components) {
   slot_.Reserve(components.label_end());
   members_.assign(1, Member{0, 0, 0, 0});
   slot_[0] = 0;
+  const auto min_children = static_cast<uint32_t>(std::max(min_nodes_ - kMergedNodes, 1));
+  const uint32_t more_children = static_cast<uint32_t>(max_nodes_) - min_children;
   for (const auto& [begin, end] : components.ranges) {
     for (uint32_t label = std::max(begin, 1u); label < end; ++label) {
       const uint32_t root = components.root[label];
-      slot_[label] = root == label ? AddMember(components, label) : slot_[root];
+      slot_[label] = 0;
+      slot_[label] = slot_[root];  // 0 for the root itself
+      const uint32_t parent_slot = slot_[components.parent[label]];
+      const bool has_nodes = children_[label] - min_children <= more_children;
+      if ((has_nodes || parent_slot != 0) && root == label) {
+        AddMember(label, has_nodes && components.white[label], parent_slot);
+      }
     }
   }
 }
 
-// Slot of the component, 0 if it is no member.
-uint32_t TopologyTree::AddMember(const Components& components, uint32_t root) {
-  const uint32_t parent_slot = slot_[components.parent[root]];
-  const int children = children_[root];
-  const bool is_root =
-      components.white[root] && children >= min_nodes_ - kMergedNodes && children <= max_nodes_;
+void TopologyTree::AddMember(uint32_t component, bool is_root, uint32_t parent_slot) {
   // A root may lie in a node of another one: then it is a hole of that node as well.
   const bool is_below = parent_slot != 0 && members_[parent_slot].depth < 3;
-  if (!is_root && !is_below) return 0;
+  if (!is_root && !is_below) return;
   const auto slot = static_cast<uint32_t>(members_.size());
-  Member member{root, 0, 0, is_root ? 0 : members_[parent_slot].depth + 1};
+  slot_[component] = slot;
+  Member member{component, 0, 0, is_root ? 0 : members_[parent_slot].depth + 1};
   if (is_below) member.next = std::exchange(members_[parent_slot].first_child, slot);
   members_.push_back(member);
-  return slot;
 }
 
 // False where the component cannot be a node: more than two holes, or something in a hole.

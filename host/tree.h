@@ -81,7 +81,7 @@ class TopologyTree {
 
   void CountChildren(const Components& components);
   void CollectMembers(const Components& components);
-  uint32_t AddMember(const Components& components, uint32_t root);
+  void AddMember(uint32_t component, bool is_root, uint32_t parent_slot);
   bool BuildNode(uint32_t slot, Node* node) const;
   void BuildCandidate(uint32_t root_slot);
   bool HasLikeNodes(const Feature& white) const;
@@ -91,8 +91,8 @@ class TopologyTree {
   TreeParams params_;
   int min_nodes_;
   int max_nodes_;
-  Buffer<int> children_;   ///< of each root, how many
-  Buffer<uint32_t> slot_;  ///< of each label, index into members_; 0 = none
+  Buffer<uint32_t> children_;  ///< of each root, how many
+  Buffer<uint32_t> slot_;      ///< of each label, index into members_; 0 = none
   std::vector<Member> members_;
   Buffer<Feature> features_;
   std::vector<Child> children_by_area_;  ///< falling
