@@ -65,6 +65,30 @@ struct Row {
 // Black runs also touch by a corner.
 inline int Reach(int run) { return 1 - (run & 1); }
 
+// Calls touch(i, k) for every run i of `row` and run k of the same colour above that touch.
+template <typename Touch>
+void ForContacts(const Row& above, const Row& row, const Touch& touch) {
+  int first[2] = {0, 1};  // by colour, the first run above that may still touch
+  for (int i = 0; i < row.runs; ++i) {
+    int& j = first[i & 1];
+    const int begin = row.bound[i] - Reach(i);
+    const int end = row.bound[i + 1] + Reach(i);
+    while (j < above.runs && above.bound[j + 1] <= begin) j += 2;
+    for (int k = j; k < above.runs && above.bound[k] < end; k += 2) touch(i, k);
+  }
+}
+
+// Labels the first row of a strip as if nothing but the outside touched it.
+inline uint32_t LabelFirstRow(const Row& row, uint32_t next, Labels* labels) {
+  row.label[0] = 0;
+  for (int i = 1; i < row.runs - 1; ++i) {
+    labels->Add(next, row.label[i - 1], (i & 1) != 0);
+    row.label[i] = next++;
+  }
+  row.label[row.runs - 1] = 0;
+  return next;
+}
+
 }  // namespace
 }  // namespace topotag::simd
 #endif  // TOPOTAG_SIMD_LABEL_ONCE
@@ -76,84 +100,108 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr hn::CappedTag<int16_t, 16> kBounds;
-constexpr hn::CappedTag<uint32_t, 16> kLabels;
+constexpr hn::CappedTag<int16_t, 16> kRanks;
+constexpr hn::CappedTag<int32_t, 16> kIndices;
+constexpr hn::RebindToUnsigned<decltype(kIndices)> kLabels;
+constexpr hn::Rebind<int16_t, decltype(kIndices)> kRanksOfIndices;
+constexpr size_t kMaxLanes = 16;
 
-// Copies the labels of runs from run `i` of `row` on that correspond to those from run `j` above
-// on, one to one, and returns how many. Bound i lies strictly between bounds j - 1 and j + 1 above;
-// while the following ones do likewise, each run touches its counterpart and no other. No run of
-// the row above ends behind kOutsideBound, so the last run never corresponds.
-HWY_INLINE int CopyCoherent(const Row& above, const Row& row, int i, int j) {
-  const int lanes = static_cast<int>(hn::Lanes(kBounds));
-  const int label_lanes = static_cast<int>(hn::Lanes(kLabels));
-  for (int copied = 0;; copied += lanes) {
-    const int16_t* a = above.bound + j + copied;
-    const auto own = hn::LoadU(kBounds, row.bound + i + copied + 1);
-    const auto inside =
-        hn::And(hn::Lt(hn::LoadU(kBounds, a), own), hn::Lt(own, hn::LoadU(kBounds, a + 2)));
-    for (int k = 0; k < lanes; k += label_lanes) {
-      hn::StoreU(hn::LoadU(kLabels, above.label + j + copied + k), kLabels,
-                 row.label + i + copied + k);
-    }
-    const intptr_t end = hn::FindFirstTrue(kBounds, hn::Not(inside));
-    if (end >= 0) return copied + static_cast<int>(end);
+// Some neighbouring runs of a row, and the first and the last run above that each touches.
+struct Contacts {
+  HWY_ALIGN int16_t first[kMaxLanes];
+  HWY_ALIGN int16_t last[kMaxLanes];
+  uint32_t none;     // bit i: run i touches no run above
+  uint32_t several;  // bit i: run i touches more than one
+};
+
+// Bytes are read as they were written: a wider load would wait for the store.
+template <class M>
+HWY_INLINE uint32_t Bits(M mask) {
+  uint8_t bytes[8];
+  hn::StoreMaskBits(kRanks, mask, bytes);
+  return hn::Lanes(kRanks) <= 8 ? bytes[0] : bytes[0] | uint32_t{bytes[1]} << 8;
+}
+
+// Of the runs above between two ranks, those of the same colour count: they have the same parity.
+// @param rank   of the first run, which is black
+// @param count  of the runs that exist
+HWY_INLINE void FindContacts(const int16_t* rank, int count, Contacts* contacts) {
+  const auto exists = hn::Lt(hn::Iota(kRanks, 0), hn::Set(kRanks, static_cast<int16_t>(count)));
+  const auto white = hn::And(hn::Iota(kRanks, 0), hn::Set(kRanks, 1));
+  const auto black = hn::Sub(hn::Set(kRanks, 1), white);
+  const auto even = hn::Set(kRanks, static_cast<int16_t>(~1));
+  const auto begin = hn::LoadU(kRanks, rank);
+  const auto end = hn::LoadU(kRanks, rank + 1);
+  const auto first =
+      hn::IfThenElseZero(exists, hn::Add(hn::And(hn::Add(begin, black), even), white));
+  const auto last = hn::IfThenElseZero(exists, hn::Add(hn::And(hn::Sub(end, white), even), white));
+  hn::Store(first, kRanks, contacts->first);
+  hn::Store(last, kRanks, contacts->last);
+  contacts->none = Bits(hn::Lt(last, first));
+  contacts->several = Bits(hn::Lt(first, last));
+}
+
+HWY_INLINE void Gather(const uint32_t* from, const int16_t* run, uint32_t* to) {
+  for (size_t k = 0; k < hn::Lanes(kRanks); k += hn::Lanes(kIndices)) {
+    const auto index = hn::PromoteTo(kIndices, hn::Load(kRanksOfIndices, run + k));
+    hn::StoreU(hn::GatherIndex(kLabels, from, index), kLabels, to + k);
   }
 }
 
-// Labels one row; returns the next free label.
-uint32_t LabelRow(const Row& above, const Row& row, uint32_t next, Labels* labels) {
-  const int16_t* a = above.bound;
-  const int16_t* b = row.bound;
-  int i = 0;
-  int j = 0;  // run above of the same colour; none of those before it touches run i
-  for (;;) {
-    if (a[j - 1] < b[i] && b[i] < a[j + 1]) {
-      const int copied = CopyCoherent(above, row, i, j);
-      i += copied;
-      j += copied;
+// Gives new labels to the runs that touch none above. Four at a time, the last ones in vain: fewer
+// branches to mispredict.
+HWY_INLINE uint32_t AddNew(uint32_t none, uint32_t* label, uint32_t next, Labels* labels) {
+  const auto count = static_cast<uint32_t>(hwy::PopCount(none));
+  for (uint32_t i = 0; i < count; i += 4) {
+    for (uint32_t added = next + i; added < next + i + 4; ++added) {
+      const size_t k = hwy::Num0BitsBelowLS1Bit_Nonzero32(none | 1u << kMaxLanes);
+      label[k] = added;
+      labels->Add(added, label[static_cast<ptrdiff_t>(k) - 1], (k & 1) != 0);
+      none &= none - 1;
     }
-    const int reach = Reach(i);
-    const int begin = b[i] - reach;
-    const int end = b[i + 1] + reach;
-    while (a[j + 1] <= begin) j += 2;
-    if (i == row.runs - 1) break;
-    if (a[j] < end) {
-      uint32_t label = above.label[j];
-      while (a[j + 2] < end) {
-        j += 2;
-        label = labels->Unite(label, above.label[j]);
-      }
-      row.label[i] = label;
-      ++j;
-    } else {
-      labels->Add(next, row.label[i - 1], (i & 1) != 0);
-      row.label[i] = next++;
-      --j;
-    }
-    ++i;
   }
-  row.label[i] = 0;
-  for (; j < above.runs; j += 2) labels->Unite(0, above.label[j]);
+  return next + count;
+}
+
+// Labels a row below another one; returns the next free label.
+uint32_t LabelRow(const Row& above, const Row& row, const int16_t* rank, uint32_t next,
+                  Labels* labels) {
+  const int lanes = static_cast<int>(hn::Lanes(kRanks));
+  for (int begin = 0; begin < row.runs; begin += lanes) {
+    Contacts contacts;
+    FindContacts(rank + begin, row.runs - begin, &contacts);
+    uint32_t* label = row.label + begin;
+    Gather(above.label, contacts.first, label);
+    next = AddNew(contacts.none, label, next, labels);
+    if (contacts.several == 0) continue;
+    // Around a hole the first and the last label are the same.
+    HWY_ALIGN uint32_t last_label[kMaxLanes];
+    Gather(above.label, contacts.last, last_label);
+    for (uint32_t rest = contacts.several; rest != 0; rest &= rest - 1) {
+      const size_t k = hwy::Num0BitsBelowLS1Bit_Nonzero32(rest);
+      if (label[k] != last_label[k]) labels->Unite(label[k], last_label[k]);
+      for (int run = contacts.first[k] + 2; run < contacts.last[k]; run += 2) {
+        if (above.label[run] != label[k]) labels->Unite(label[k], above.label[run]);
+      }
+    }
+  }
   return next;
 }
 
 }  // namespace
 
 // Labels the rows of a strip on their own, with labels from strip->labels.begin on.
-void LabelStrip(Components* components, Strip* strip) {
+void LabelStrip(const int16_t* rank, Components* components, Strip* strip) {
   Labels labels(components);
   uint32_t next = std::max(strip->labels.begin, 1u);
-  Row above(components, strip->row_begin);
-  above.label[0] = 0;
-  for (int i = 1; i < above.runs - 1; ++i) {
-    labels.Add(next, above.label[i - 1], (i & 1) != 0);
-    above.label[i] = next++;
-  }
-  above.label[above.runs - 1] = 0;
-  for (int y = strip->row_begin + 1; y < strip->row_end; ++y) {
+  for (int y = strip->row_begin; y < strip->row_end; ++y) {
     const Row row(components, y);
-    next = LabelRow(above, row, next, &labels);
-    above = row;
+    if (y == strip->row_begin) {
+      next = LabelFirstRow(row, next, &labels);
+    } else {
+      next = LabelRow(Row(components, y - 1), row,
+                      rank + components->row_begin[static_cast<size_t>(y)], next, &labels);
+    }
   }
   strip->labels.end = next;
 }
@@ -199,23 +247,13 @@ uint32_t CutStrips(const Components& components, int threads, std::vector<Strip>
 
 // Joins the runs of the first row of a strip with those of the last row before it.
 void MergeRows(const Row& above, const Row& row, Labels* labels, std::vector<uint32_t>* merged) {
-  const auto unite = [&](uint32_t a, uint32_t b) {
-    a = labels->FindRoot(a);
-    b = labels->FindRoot(b);
+  ForContacts(above, row, [&](int i, int k) {
+    const uint32_t a = labels->FindRoot(row.label[i]);
+    const uint32_t b = labels->FindRoot(above.label[k]);
     if (a == b) return;
     labels->Unite(a, b);
     merged->push_back(std::max(a, b));
-  };
-  int first[2] = {0, 1};
-  for (int i = 0; i < row.runs; ++i) {
-    int& j = first[i & 1];
-    const int begin = row.bound[i] - Reach(i);
-    const int end = row.bound[i + 1] + Reach(i);
-    while (j < above.runs && above.bound[j + 1] <= begin) j += 2;
-    for (int k = j; k < above.runs && above.bound[k] < end; k += 2) {
-      unite(row.label[i], above.label[k]);
-    }
-  }
+  });
 }
 
 // Black runs of the first and the last row touch the outside.
@@ -240,7 +278,7 @@ void Flatten(const Strip& strip, Components* components) {
 
 void Label(const BitImage& bits, Workers* workers, LabelWorkspace* workspace,
            Components* components) {
-  FindRuns(bits, workers, components);
+  FindRuns(bits, workers, &workspace->runs, components);
   std::vector<Strip>& strips = workspace->strips;
   const uint32_t max_labels = CutStrips(*components, workers->threads(), &strips);
   components->root.Reserve(max_labels);
@@ -250,7 +288,8 @@ void Label(const BitImage& bits, Workers* workers, LabelWorkspace* workspace,
   labels.Add(0, 0, false);
   const int count = static_cast<int>(strips.size());
   workers->For(count, [&](int i) {
-    HWY_DYNAMIC_DISPATCH(LabelStrip)(components, &strips[static_cast<size_t>(i)]);
+    HWY_DYNAMIC_DISPATCH(LabelStrip)
+    (workspace->runs.rank.data(), components, &strips[static_cast<size_t>(i)]);
   });
 
   workspace->merged.clear();

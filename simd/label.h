@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "host/buffer.h"
 #include "host/pipeline.h"
+#include "simd/runs.h"
 
 namespace topotag {
 class Workers;
@@ -21,13 +21,14 @@ struct Strip {
 
 /// Memory of Label, kept between frames.
 struct LabelWorkspace {
+  RunsWorkspace runs;
   std::vector<Strip> strips;
   std::vector<uint32_t> merged;  ///< labels that were joined with one of an earlier strip
 };
 
 /// Equals scalar::Label, but for which numbers serve as labels. Run-based, both colours in one pass
-/// over the rows; where the runs of two rows correspond one to one, whole vectors of labels are
-/// copied (Lemaitre, Maurice and Lacassagne 2021, for the containment).
+/// over the rows, a vector of runs at a time: most take the label of the one run above that they
+/// touch. Containment: Lemaitre, Maurice and Lacassagne 2021.
 void Label(const BitImage& bits, Workers* workers, LabelWorkspace* workspace,
            Components* components);
 

@@ -34,26 +34,23 @@ struct Rows {
   int count;
 };
 
-// The bits of a band that differ from their left neighbour. A row that is white up to the end of
-// its last word has one more in the word behind it.
+// The bits of a band that differ from their left neighbour, and how many in each block. A row that
+// is white up to the end of its last word has one more in the word behind it.
 struct Changes {
-  uint64_t* row(int y) { return bits + static_cast<size_t>(y) * stride; }
+  uint64_t* row(int y) const { return bits + static_cast<size_t>(y) * stride; }
 
-  size_t words;
+  uint64_t* bits;
   size_t stride;
-  HWY_ALIGN uint64_t bits[kBlockRows * kMaxStride];
-  HWY_ALIGN uint64_t count[kMaxStride];  // in each block
+  HWY_ALIGN uint64_t count[kMaxStride];
 };
 
 void FindChanges(const Rows& rows, Changes* changes) {
-  changes->words = rows.words + 1;
-  changes->stride = rows.words / 8 * 8 + 8;
-  for (size_t w = 0; w < changes->words; w += hn::Lanes(kU64)) {
+  for (size_t w = 0; w < changes->stride; w += hn::Lanes(kU64)) {
     // Vectors reach into the rows before and behind.
     const auto word = hn::Iota(kU64, w);
     const auto is_own = hn::Lt(word, hn::Set(kU64, rows.words));
     const auto has_left =
-        hn::And(hn::Lt(hn::Zero(kU64), word), hn::Lt(word, hn::Set(kU64, changes->words)));
+        hn::And(hn::Lt(hn::Zero(kU64), word), hn::Lt(word, hn::Set(kU64, rows.words + 1)));
     auto count = hn::Zero(kU8);  // at most 8 * kBlockRows
     for (int y = 0; y < rows.count; ++y) {
       const uint64_t* row = rows.row(y) + w;
@@ -81,46 +78,62 @@ void RemoveNoise(const Rows& rows, Changes* changes) {
   FindChanges({bits, rows.words, rows.count}, changes);
 }
 
-// Writes the bounds of one row; returns how many runs it has. Positions are written four at a time,
-// the last ones in vain: fewer branches to mispredict.
-uint32_t EmitBounds(const uint64_t* change, size_t words, int16_t* bound) {
-  int16_t* out = bound;
-  *out++ = -1;
+// Writes the bounds of one row and their ranks among those of the row above; returns how many runs
+// it has. Positions are written four at a time, the last ones in vain: fewer branches to
+// mispredict.
+uint32_t EmitBounds(const uint64_t* change, const uint64_t* above, size_t words, int16_t* bound,
+                    int16_t* rank) {
+  bound[0] = -1;
+  rank[0] = 0;
+  size_t n = 1;
+  size_t runs_above = 0;  // that begin left of the word, but for the first one
   for (size_t w = 0; w < words; ++w) {
     uint64_t rest = change[w];
-    if (rest == 0) continue;
-    const int base = static_cast<int>(w * 64);
-    const size_t count = hwy::PopCount(rest);
-    for (size_t i = 0; i < count; i += 4) {
-      for (size_t k = 0; k < 4; ++k) {
-        const uint64_t stop = rest | uint64_t{1} << 63;
-        out[i + k] =
-            static_cast<int16_t>(base + static_cast<int>(hwy::Num0BitsBelowLS1Bit_Nonzero64(stop)));
-        rest &= rest - 1;
+    if (rest != 0) {
+      const size_t base = w * 64;
+      const size_t count = hwy::PopCount(rest);
+      for (size_t i = 0; i < count; i += 4) {
+        for (size_t k = n + i; k < n + i + 4; ++k) {
+          const size_t bit = hwy::Num0BitsBelowLS1Bit_Nonzero64(rest | uint64_t{1} << 63);
+          const uint64_t up_to_bit = above[w] << (63 - bit) << (~k & 1);
+          bound[k] = static_cast<int16_t>(base + bit);
+          rank[k] = static_cast<int16_t>(runs_above + hwy::PopCount(up_to_bit));
+          rest &= rest - 1;
+        }
       }
+      n += count;
     }
-    out += count;
+    runs_above += hwy::PopCount(above[w]);
   }
-  for (int i = 0; i < kBoundsBehind; ++i) out[i] = Components::kOutsideBound;
-  return static_cast<uint32_t>(out - bound);
+  rank[n] = static_cast<int16_t>(runs_above);
+  for (size_t i = 0; i < kBoundsBehind; ++i) bound[n + i] = Components::kOutsideBound;
+  return static_cast<uint32_t>(n);
 }
 
 }  // namespace
 
-// Runs of one band, from index `begin` on.
-void FindBandRuns(const BitImage& bits, int first_row, uint32_t begin, Components* components) {
+void FindBandChanges(const BitImage& bits, int first_row, uint64_t* first_change, size_t stride) {
   const Rows rows{bits.row(first_row), static_cast<size_t>(bits.words),
                   std::min(kBlockRows, bits.height - first_row)};
   Changes changes;
+  changes.bits = first_change;
+  changes.stride = stride;
   FindChanges(rows, &changes);
   RemoveNoise(rows, &changes);
-  for (int y = 0; y < rows.count; ++y) {
+}
+
+// Runs of one band, from index `begin` on.
+void FindBandRuns(const uint64_t* changes, size_t stride, int first_row, uint32_t begin,
+                  Components* components, int16_t* rank) {
+  const auto words = static_cast<size_t>((components->width + 63) / 64) + 1;
+  for (int y = first_row; y < std::min(first_row + kBlockRows, components->height); ++y) {
     begin += kBoundsBefore;
     int16_t* bound = components->bound.data() + begin;
     std::fill_n(bound - kBoundsBefore, kBoundsBefore, int16_t{-2});
-    const uint32_t runs = EmitBounds(changes.row(y), changes.words, bound);
-    components->row_begin[static_cast<size_t>(first_row + y)] = begin;
-    components->row_runs[static_cast<size_t>(first_row + y)] = runs;
+    const uint64_t* row = changes + static_cast<size_t>(y) * stride;
+    const uint32_t runs = EmitBounds(row, y == 0 ? row : row - stride, words, bound, rank + begin);
+    components->row_begin[static_cast<size_t>(y)] = begin;
+    components->row_runs[static_cast<size_t>(y)] = runs;
     begin += runs + kBoundsBehind;
   }
 }
@@ -133,15 +146,25 @@ HWY_AFTER_NAMESPACE();
 namespace topotag::simd {
 namespace {
 
+HWY_EXPORT(FindBandChanges);
 HWY_EXPORT(FindBandRuns);
 
 constexpr int kBandsPerTask = 4;
 // What vectors may read or write behind a row's end.
 constexpr size_t kSlack = 64;
 
+template <typename Task>
+void ForBands(int bands, Workers* workers, const Task& task) {
+  workers->For((bands + kBandsPerTask - 1) / kBandsPerTask, [&](int part) {
+    const int begin = part * kBandsPerTask;
+    for (int band = begin; band < std::min(begin + kBandsPerTask, bands); ++band) task(band);
+  });
+}
+
 }  // namespace
 
-void FindRuns(const BitImage& bits, Workers* workers, Components* components) {
+void FindRuns(const BitImage& bits, Workers* workers, RunsWorkspace* workspace,
+              Components* components) {
   components->width = bits.width;
   components->height = bits.height;
   const auto height = static_cast<size_t>(bits.height);
@@ -150,17 +173,22 @@ void FindRuns(const BitImage& bits, Workers* workers, Components* components) {
   // white, and the bounds of the outside.
   const size_t region = static_cast<size_t>(bits.words) * (kMaxBlockChanges + kBlockRows) +
                         kBlockRows * (2 + kBoundsBefore + kBoundsBehind) + kSlack;
+  const size_t stride = static_cast<size_t>(bits.words) / 8 * 8 + 8;
   components->row_begin.Reserve(height);
   components->row_runs.Reserve(height);
   components->bound.Reserve(static_cast<size_t>(bands) * region);
   components->label.Reserve(static_cast<size_t>(bands) * region);
-  workers->For((bands + kBandsPerTask - 1) / kBandsPerTask, [&](int task) {
-    const int begin = task * kBandsPerTask;
-    for (int band = begin; band < std::min(begin + kBandsPerTask, bands); ++band) {
-      HWY_DYNAMIC_DISPATCH(FindBandRuns)
-      (bits, band * kBlockRows, static_cast<uint32_t>(static_cast<size_t>(band) * region),
-       components);
-    }
+  workspace->rank.Reserve(static_cast<size_t>(bands) * region);
+  workspace->changes.Reserve(height * stride);
+  uint64_t* changes = workspace->changes.data();
+  ForBands(bands, workers, [&](int band) {
+    HWY_DYNAMIC_DISPATCH(FindBandChanges)
+    (bits, band * kBlockRows, changes + static_cast<size_t>(band * kBlockRows) * stride, stride);
+  });
+  ForBands(bands, workers, [&](int band) {
+    HWY_DYNAMIC_DISPATCH(FindBandRuns)
+    (changes, stride, band * kBlockRows, static_cast<uint32_t>(static_cast<size_t>(band) * region),
+     components, workspace->rank.data());
   });
 }
 
