@@ -24,14 +24,12 @@ constexpr hn::CappedTag<uint8_t, 64> kU8;
 constexpr hn::CappedTag<uint16_t, 32> kU16;
 constexpr hn::CappedTag<int16_t, 32> kI16;
 
-// Room for the corners of the widest image, the block that is read at each, and the longest vector.
+// Room for the corners of the widest image and the block that is read at each.
 constexpr size_t kMaxCorners = kMaxImageSide / kTile + 2 + 256;
-constexpr size_t kMaxThresholds = kMaxImageSide + 512;
 
 struct Lines {
   HWY_ALIGN int16_t base[kMaxCorners];  // 32 times the threshold at the corner, plus 128 to round
   HWY_ALIGN int16_t step[kMaxCorners];  // to the next corner, per 32th of a tile
-  HWY_ALIGN uint8_t threshold[kMaxThresholds];
 };
 
 // Interpolates the rows of corners vertically. All products fit 16 bits modulo 2^16, and the final
@@ -65,69 +63,97 @@ void InterpolateCorners(const ThresholdGrid& grid, int y, Lines* lines) {
   }
 }
 
-// Thresholds of one row of pixels. The pixels of a tile are computed in pairs, the even one in the
-// low, the odd one in the high byte of 16 bits.
-void InterpolateRow(int width, Lines* lines) {
-  const size_t lanes = hn::Lanes(kU8);
-  // In block b: bytes 2b and 2b + 1, eight times.
-  const auto block = hn::ShiftRight<3>(hn::Iota(kU16, 0));
-  const auto pick =
-      hn::BitCast(kI16, hn::Add(hn::Mul(block, hn::Set(kU16, 0x0202)), hn::Set(kU16, 0x0100)));
-  // 4 i + 1 for the i-th pair of a tile: weight of the right corner at its even pixel.
-  const auto pair = hn::And(hn::Iota(kI16, 0), hn::Set(kI16, 7));
-  const auto weight = hn::Add(hn::ShiftLeft<2>(pair), hn::Set(kI16, 1));
-  for (size_t x = 0; x < static_cast<size_t>(width); x += lanes) {
+// Interpolates horizontally, a vector of pixels at a time. The pixels of a tile are computed in
+// pairs, the even one in the low, the odd one in the high byte of 16 bits.
+class Interpolator {
+ public:
+  Interpolator() {
+    // In block b: bytes 2b and 2b + 1, eight times.
+    const auto block = hn::ShiftRight<3>(hn::Iota(kU16, 0));
+    pick_ =
+        hn::BitCast(kI16, hn::Add(hn::Mul(block, hn::Set(kU16, 0x0202)), hn::Set(kU16, 0x0100)));
+    // 4 i + 1 for the i-th pair of a tile: weight of the right corner at its even pixel.
+    const auto pair = hn::And(hn::Iota(kI16, 0), hn::Set(kI16, 7));
+    weight_ = hn::Add(hn::ShiftLeft<2>(pair), hn::Set(kI16, 1));
+  }
+
+  // Thresholds of the pixels from x on, a multiple of the vector's length.
+  hn::Vec<decltype(kU8)> At(const Lines& lines, size_t x) const {
     const size_t corner = x / kTile;
-    const auto base = hn::TableLookupBytes(hn::LoadDup128(kI16, lines->base + corner), pick);
-    const auto step = hn::TableLookupBytes(hn::LoadDup128(kI16, lines->step + corner), pick);
-    const auto even = hn::Add(base, hn::Mul(step, weight));
+    const auto base = hn::TableLookupBytes(hn::LoadDup128(kI16, lines.base + corner), pick_);
+    const auto step = hn::TableLookupBytes(hn::LoadDup128(kI16, lines.step + corner), pick_);
+    const auto even = hn::Add(base, hn::Mul(step, weight_));
     const auto odd = hn::Add(even, hn::Add(step, step));
     const auto low = hn::ShiftRight<8>(hn::BitCast(kU16, even));
     const auto high = hn::And(hn::BitCast(kU16, odd), hn::Set(kU16, 0xff00));
-    hn::Store(hn::BitCast(kU8, hn::Or(low, high)), kU8, lines->threshold + x);
+    return hn::BitCast(kU8, hn::Or(low, high));
   }
-}
+
+ private:
+  hn::Vec<decltype(kI16)> pick_;
+  hn::Vec<decltype(kI16)> weight_;
+};
 
 template <class V>
 auto NotBelow(V pixels, V threshold) {
   return hn::Eq(hn::Max(pixels, threshold), pixels);
 }
 
-// Bits of one row: 1 where the pixel is not below its threshold. `out` has room for whole words.
-void CompareRow(const uint8_t* row, const uint8_t* threshold, int width, int words, uint64_t* out) {
-  const size_t lanes = hn::Lanes(kU8);
-  auto* bytes = reinterpret_cast<uint8_t*>(out);
-  const size_t count = static_cast<size_t>(width);
-  size_t x = 0;
-  for (; x + lanes <= count; x += lanes) {
-    const auto pixels = hn::LoadU(kU8, row + x);
-    hn::StoreMaskBits(kU8, NotBelow(pixels, hn::Load(kU8, threshold + x)), bytes + x / 8);
-  }
-  if (x == count) {
-    std::fill(bytes + x / 8, bytes + static_cast<size_t>(words) * 8, uint8_t{0});
-    return;
-  }
-  uint64_t rest[HWY_MAX_BYTES / 64 + 1] = {};
+// Bits of the last, incomplete vector of a row, and zeros up to the row's last word.
+void BinarizeTail(const uint8_t* row, hn::Vec<decltype(kU8)> threshold, size_t begin, size_t end,
+                  size_t row_bytes, uint8_t* bytes) {
   HWY_ALIGN uint8_t pixels[HWY_MAX_BYTES] = {};
-  std::copy_n(row + x, count - x, pixels);
-  hn::StoreMaskBits(kU8, NotBelow(hn::Load(kU8, pixels), hn::Load(kU8, threshold + x)),
-                    reinterpret_cast<uint8_t*>(rest));
-  const size_t bits = count - x;
-  rest[bits / 64] &= (uint64_t{1} << (bits % 64)) - 1;
-  std::memcpy(bytes + x / 8, rest, static_cast<size_t>(words) * 8 - x / 8);
+  std::copy(row + begin, row + end, pixels);
+  uint64_t white = 0;
+  hn::StoreMaskBits(kU8, NotBelow(hn::Load(kU8, pixels), threshold),
+                    reinterpret_cast<uint8_t*>(&white));
+  white &= (uint64_t{1} << (end - begin)) - 1;
+  std::memcpy(bytes + begin / 8, &white, row_bytes - begin / 8);
+}
+
+// The rows from y on that share thresholds.
+template <int kRows>
+void BinarizeGroup(const ImageView& image, const Interpolator& interpolator, const Lines& lines,
+                   int y, BitImage* bits) {
+  const uint8_t* row[kRows];
+  uint8_t* bytes[kRows];
+  for (int r = 0; r < kRows; ++r) {
+    row[r] = image.row(y + r);
+    bytes[r] = reinterpret_cast<uint8_t*>(bits->row(y + r));
+  }
+  const auto width = static_cast<size_t>(image.width);
+  const auto row_bytes = static_cast<size_t>(bits->words) * 8;
+  size_t x = 0;
+  for (; x + hn::Lanes(kU8) <= width; x += hn::Lanes(kU8)) {
+    const auto threshold = interpolator.At(lines, x);
+    for (int r = 0; r < kRows; ++r) {
+      hn::StoreMaskBits(kU8, NotBelow(hn::LoadU(kU8, row[r] + x), threshold), bytes[r] + x / 8);
+    }
+  }
+  for (int r = 0; r < kRows; ++r) {
+    if (x < width) {
+      BinarizeTail(row[r], interpolator.At(lines, x), x, width, row_bytes, bytes[r]);
+    } else {
+      std::fill(bytes[r] + x / 8, bytes[r] + row_bytes, uint8_t{0});
+    }
+  }
 }
 
 }  // namespace
 
 void BinarizeRows(const ImageView& image, const ThresholdGrid& grid, int begin, int end,
                   BitImage* bits) {
+  const Interpolator interpolator;
   Lines lines;
-  for (int y = begin; y < end; ++y) {
-    if (y % kRowsPerThreshold == 0) {
-      InterpolateCorners(grid, y, &lines);
-      InterpolateRow(image.width, &lines);
+  for (int y = begin; y < end; y += kRowsPerThreshold) {
+    InterpolateCorners(grid, y, &lines);
+    if (y + kRowsPerThreshold <= end) {
+      BinarizeGroup<kRowsPerThreshold>(image, interpolator, lines, y, bits);
+      continue;
     }
-    CompareRow(image.row(y), lines.threshold, image.width, bits->words, bits->row(y));
+    for (int rest = y; rest < end; ++rest) {
+      BinarizeGroup<1>(image, interpolator, lines, rest, bits);
+    }
   }
 }
 

@@ -74,6 +74,7 @@ void MeasureRows(const Components& components, const uint32_t* slot, int row_beg
     const int16_t* bound = components.bound.data() + components.row_begin[row];
     // The first and the last run belong to the outside, which is not measured.
     const uint32_t end = components.row_runs[row] - 1;
+    if (end == 2 && slot[label[1]] == 0) continue;
     for (uint32_t run = 1; run < end; run += lanes) {
       const auto valid = hn::Lt(first_lanes, hn::Set(kU32, end - run));
       const auto own = hn::IfThenElseZero(valid, hn::LoadU(kU32, label + run));

@@ -23,39 +23,43 @@ constexpr hn::ScalableTag<uint8_t> kU8;
 constexpr hn::ScalableTag<int16_t> kI16;
 constexpr hn::Rebind<uint8_t, hn::ScalableTag<int16_t>> kU8Half;
 
-// Lane 0 of each 128-bit block: the extreme of the block.
-template <class Reduce, class V>
-V BlockExtreme(const Reduce& reduce, V v) {
-  v = reduce(v, hn::ShiftRightBytes<8>(kU8, v));
-  v = reduce(v, hn::ShiftRightBytes<4>(kU8, v));
-  v = reduce(v, hn::ShiftRightBytes<2>(kU8, v));
-  return reduce(v, hn::ShiftRightBytes<1>(kU8, v));
+using Bytes = hn::Vec<decltype(kU8)>;
+
+// In each 128-bit block, byte 0: the least one of `lo`, byte 8: the least one of ~hi.
+Bytes BlockExtremes(Bytes lo, Bytes hi) {
+  const hn::Repartition<uint64_t, decltype(kU8)> u64;
+  lo = hn::Min(lo, hn::ShiftRightBytes<8>(kU8, lo));
+  hi = hn::Max(hi, hn::ShiftRightBytes<8>(kU8, hi));
+  auto both = hn::BitCast(
+      kU8, hn::InterleaveLower(u64, hn::BitCast(u64, lo), hn::BitCast(u64, hn::Not(hi))));
+  both = hn::Min(both, hn::ShiftRightBytes<4>(kU8, both));
+  both = hn::Min(both, hn::ShiftRightBytes<2>(kU8, both));
+  return hn::Min(both, hn::ShiftRightBytes<1>(kU8, both));
 }
 
 // Extremes of the tiles of one row of tiles.
 void TileExtremes(const ImageView& image, int tile_row, uint8_t* tile_min, uint8_t* tile_max) {
-  const auto min = [](auto a, auto b) { return hn::Min(a, b); };
-  const auto max = [](auto a, auto b) { return hn::Max(a, b); };
   const int lanes = static_cast<int>(hn::Lanes(kU8));
   const int y_begin = tile_row * kTile;
   const int y_end = std::min(y_begin + kTile, image.height);
-  HWY_ALIGN uint8_t extremes[2 * HWY_MAX_BYTES];
+  HWY_ALIGN uint8_t extremes[HWY_MAX_BYTES];
   int x = 0;
   for (; x + lanes <= image.width; x += lanes) {
+    const uint8_t* pixels = image.row(y_begin) + x;
     auto lo = hn::Set(kU8, 255);
     auto hi = hn::Zero(kU8);
-    for (int y = y_begin; y < y_end; y += 2) {
-      const auto upper = hn::LoadU(kU8, image.row(y) + x);
-      const auto lower = hn::LoadU(kU8, image.row(std::min(y + 1, y_end - 1)) + x);
-      const auto mean = hn::AverageRound(upper, lower);
+    const auto add = [&](Bytes mean) {
       lo = hn::Min(lo, mean);
       hi = hn::Max(hi, mean);
+    };
+    for (int pair = (y_end - y_begin) / 2; pair != 0; --pair, pixels += 2 * image.stride) {
+      add(hn::AverageRound(hn::LoadU(kU8, pixels), hn::LoadU(kU8, pixels + image.stride)));
     }
-    hn::Store(BlockExtreme(min, lo), kU8, extremes);
-    hn::Store(BlockExtreme(max, hi), kU8, extremes + lanes);
+    if ((y_end - y_begin) % 2 != 0) add(hn::LoadU(kU8, pixels));
+    hn::Store(BlockExtremes(lo, hi), kU8, extremes);
     for (int i = 0; i < lanes; i += kTile) {
       *tile_min++ = extremes[i];
-      *tile_max++ = extremes[lanes + i];
+      *tile_max++ = static_cast<uint8_t>(~extremes[i + 8]);
     }
   }
   for (; x < image.width; x += kTile) {
