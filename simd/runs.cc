@@ -89,13 +89,17 @@ struct Output {
 // Appends the bounds in one word and their ranks. Four at a time, the last ones in vain: fewer
 // branches to mispredict.
 HWY_INLINE void EmitWord(uint64_t change, uint64_t above, size_t word, Output* out) {
+  const auto before = static_cast<int>(word * 64) - 1;
   const size_t end = out->count + hwy::PopCount(change);
+  // The rank of an even bound, where a black run begins, leaves out the bound's own pixel.
+  const size_t leave_out[2] = {~out->count & 1, out->count & 1};
   for (size_t begin = out->count; begin < end; begin += 4) {
-    for (size_t k = begin; k < begin + 4; ++k) {
-      const size_t bit = hwy::Num0BitsBelowLS1Bit_Nonzero64(change | uint64_t{1} << 63);
-      const uint64_t up_to_bit = above << (63 - bit) << (~k & 1);
-      out->bound[k] = static_cast<int16_t>(word * 64 + bit);
-      out->rank[k] = static_cast<int16_t>(out->runs_above + hwy::PopCount(up_to_bit));
+    for (size_t i = 0; i < 4; ++i) {
+      const uint64_t up_to_bit = change ^ (change - 1);
+      const uint64_t bounds_above = above & (up_to_bit >> leave_out[i % 2]);
+      out->bound[begin + i] =
+          static_cast<int16_t>(before + static_cast<int>(hwy::PopCount(up_to_bit)));
+      out->rank[begin + i] = static_cast<int16_t>(out->runs_above + hwy::PopCount(bounds_above));
       change &= change - 1;
     }
   }
