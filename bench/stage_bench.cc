@@ -1,65 +1,116 @@
-// Time of each stage of a detector on rendered frames of 1280x960.
+// Each stage of the detector: backend x threads x size x scene x memory, as
+// "detect/simd/threads:2/1280x960/20_markers/warm", with the mean of each stage as a counter.
+//   stage_bench [--photos=DIR] [options of Google Benchmark]
 
 #include <benchmark/benchmark.h>
 
-#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
 
-#include "tests/scene_util.h"
-#include "topotag/detector.h"
-#include "topotag/renderer.h"
+#include "bench/registration.h"
+#include "bench/scenes.h"
+#include "bench/timing.h"
 
-namespace topotag {
+namespace topotag::bench {
 namespace {
 
-// `count` markers of 4x4 in rows of five on a noisy wall.
-Scene Wall(int count) {
-  Scene scene;
-  scene.camera = test::PinholeCamera(1280, 960, 695);
-  test::Random random(1);
-  for (int i = 0; i < count; ++i) {
-    SceneMarker marker;
-    marker.design.id = random.Below(marker.design.family.size());
-    marker.t = {(i % 5 - 2) * 0.09, (i / 5 - (count - 1) / 10.0) * 0.09, 0.4};
-    marker.R = random.Tilted(random.Uniform(0, 0.7));
-    scene.markers.push_back(marker);
+/// What one benchmark measures.
+struct Case {
+  Setup setup;
+  FrameSize size;
+  SceneKind kind;
+  bool cold;
+
+  std::string Title() const {
+    return std::string("detect/") + Name(setup.backend) +
+           "/threads:" + std::to_string(setup.threads) + "/" + Name(size) + "/" + Name(kind) +
+           (cold ? "/cold" : "/warm");
   }
-  return scene;
+};
+
+/// The scene in work: benchmarks of the same scene follow each other.
+class Stock {
+ public:
+  explicit Stock(Photos photos) : photos_(std::move(photos)) {}
+
+  void Prepare(const Case& wanted) {
+    const std::string name = Name(wanted.size) + Name(wanted.kind);
+    if (name != name_) {
+      cold_.reset();
+      scene_ = MakeScene(wanted.kind, wanted.size, photos_);
+      frame_ = RenderTopoTags(scene_);
+      name_ = name;
+    }
+    if (wanted.cold && !cold_) cold_ = std::make_unique<ColdFrames>(frame_.view(), ColdBytes());
+  }
+
+  const BenchScene& scene() const { return scene_; }
+  std::vector<ImageView> frames(bool cold) const {
+    return cold ? cold_->views() : std::vector<ImageView>{frame_.view()};
+  }
+
+ private:
+  Photos photos_;
+  std::string name_;
+  BenchScene scene_;
+  Image frame_;
+  std::unique_ptr<ColdFrames> cold_;
+};
+
+void Detect(benchmark::State& state, const Case& c, Stock* stock) {
+  stock->Prepare(c);
+  Options options = SceneOptions(stock->scene());
+  options.backend = c.setup.backend;
+  options.threads = c.setup.threads;
+  Detector detector(options);
+  const std::vector<ImageView> frames = stock->frames(c.cold);
+  std::vector<Detection> found;
+  detector.detect(frames.back(), &found);  // sizes the workspace
+  StageTimes sum;
+  size_t next = 0;
+  for (auto _ : state) {
+    detector.detect(frames[next], &found);
+    next = (next + 1) % frames.size();
+    for (const Stage& stage : kStages) sum.*stage.time += detector.times().*stage.time;
+  }
+  if (found.size() != stock->scene().scene.markers.size()) {
+    state.SkipWithError("the markers found are not those of the scene");
+  }
+  state.SetLabel(c.setup.name);
+  state.SetBytesProcessed(state.iterations() * int64_t{c.size.width} * c.size.height);
+  for (const Stage& stage : kStages) {
+    state.counters[std::string(stage.name) + "_us"] =
+        benchmark::Counter(sum.*stage.time, benchmark::Counter::kAvgIterations);
+  }
 }
 
-void Detect(benchmark::State& state) {
-  const Scene scene = Wall(static_cast<int>(state.range(0)));
-  const Image image = RenderScene(scene);
-  Options options;
-  options.camera = scene.camera;
-  options.tag_size = 0.05;
-  Detector detector(options);
-  std::vector<Detection> found;
-  StageTimes sum;
-  for (auto _ : state) {
-    detector.detect(image.view(), &found);
-    const StageTimes& t = detector.times();
-    sum.threshold += t.threshold;
-    sum.binarize += t.binarize;
-    sum.label += t.label;
-    sum.tree += t.tree;
-    sum.decode += t.decode;
-    sum.vertices += t.vertices;
-    sum.pose += t.pose;
+void Register(const Setups& setups, Stock* stock) {
+  for (const std::string& reason : setups.missing) {
+    std::fprintf(stderr, "left out: %s\n", reason.c_str());
   }
-  if (found.size() != scene.markers.size()) state.SkipWithError("a marker was not found");
-  const auto mean = [](double value) {
-    return benchmark::Counter(value, benchmark::Counter::kAvgIterations);
-  };
-  state.SetLabel(detector.backend());
-  state.counters = {{"threshold", mean(sum.threshold)},
-                    {"binarize", mean(sum.binarize)},
-                    {"label", mean(sum.label)},
-                    {"tree", mean(sum.tree)},
-                    {"decode", mean(sum.decode)},
-                    {"vertices", mean(sum.vertices)},
-                    {"pose", mean(sum.pose)}};
+  for (const FrameSize size : kFrameSizes) {
+    for (const SceneKind kind : kSceneKinds) {
+      for (const bool cold : {false, true}) {
+        for (const Setup& setup : setups.available) {
+          const Case c{setup, size, kind, cold};
+          benchmark::RegisterBenchmark(
+              c.Title().c_str(), [c, stock](benchmark::State& state) { Detect(state, c, stock); })
+              ->Unit(benchmark::kMicrosecond)
+              ->UseRealTime();
+        }
+      }
+    }
+  }
 }
-BENCHMARK(Detect)->Arg(0)->Arg(1)->Arg(20)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-}  // namespace topotag
+}  // namespace topotag::bench
+
+int main(int argc, char** argv) {
+  using namespace topotag::bench;
+  return RunBenchmarks(argc, argv, [](const std::string& photos) {
+    static Stock stock(LoadPhotos(photos));
+    Register(FindSetups({1, 2}), &stock);
+  });
+}

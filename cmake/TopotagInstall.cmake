@@ -31,9 +31,13 @@ if(BUILD_SHARED_LIBS AND TARGET topotag_cli)
   set_target_properties(topotag_cli PROPERTIES INSTALL_RPATH $ORIGIN/${topotag_bin_to_lib})
 endif()
 
+set(no_opencl "")
+if(NOT TOPOTAG_HAVE_OPENCL)
+  set(no_opencl PATTERN opencl.h EXCLUDE)
+endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/topotag
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  FILES_MATCHING ${no_io} PATTERN "*.h")
+  FILES_MATCHING ${no_io} ${no_opencl} PATTERN "*.h")
 
 configure_package_config_file(
   ${PROJECT_SOURCE_DIR}/cmake/topotagConfig.cmake.in
@@ -64,6 +68,9 @@ set(topotag_pc_private "")
 set(topotag_pc_requires "")
 if(NOT BUILD_SHARED_LIBS)
   set(topotag_pc_requires "Requires.private: libhwy")
+  if(TOPOTAG_HAVE_OPENCL)
+    string(APPEND topotag_pc_requires ", OpenCL")
+  endif()
   set(topotag_pc_private -lpthread ${TOPOTAG_SANITIZE_LINK})
   # A linker driven by a C compiler does not add the C++ runtime by itself.
   foreach(library IN LISTS CMAKE_CXX_IMPLICIT_LINK_LIBRARIES)

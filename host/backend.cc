@@ -4,7 +4,13 @@
 
 #include "fallback/scalar_backend.h"
 #include "simd/simd_backend.h"
+#include "topotag/device.h"
 #include "topotag/error.h"
+
+#ifdef TOPOTAG_HAVE_OPENCL
+#include "kernels/device.h"
+#include "kernels/opencl_backend.h"
+#endif
 
 namespace topotag {
 namespace {
@@ -23,16 +29,40 @@ BackendKind Resolve(BackendKind kind) {
   return kind == BackendKind::kAuto ? BackendKind::kSimd : kind;
 }
 
+#ifdef TOPOTAG_HAVE_OPENCL
+std::unique_ptr<Backend> MakeOpenCl(Workers* workers, std::optional<int> device) {
+  return std::make_unique<opencl::OpenClBackend>(opencl::ChooseDevice(device), nullptr,
+                                                 std::make_unique<simd::SimdBackend>(workers));
+}
+#else
+std::unique_ptr<Backend> MakeOpenCl(Workers*, std::optional<int>) {
+  throw Error(ErrorCode::kUnavailable, "backend 'opencl' is not in this build (no OpenCL)");
+}
+#endif
+
 }  // namespace
 
 void Backend::Submit(const ImageView&, const ThresholdParams&) {}
 
-std::unique_ptr<Backend> MakeBackend(BackendKind kind, Workers* workers) {
+std::unique_ptr<Backend> MakeBackend(BackendKind kind, Workers* workers,
+                                     std::optional<int> device) {
   kind = Resolve(kind);
   if (kind == BackendKind::kScalar) return std::make_unique<scalar::ScalarBackend>();
-  if (kind == BackendKind::kSimd) return std::make_unique<simd::SimdBackend>(workers);
-  throw Error(ErrorCode::kUnavailable,
-              std::string("backend '") + Name(kind) + "' is not in this build");
+  if (kind == BackendKind::kOpenCl) return MakeOpenCl(workers, device);
+  return std::make_unique<simd::SimdBackend>(workers);
+}
+
+std::unique_ptr<Backend> MakeSecondBackend(BackendKind kind, Workers* workers) {
+  kind = Resolve(kind);
+  return MakeBackend(kind == BackendKind::kOpenCl ? BackendKind::kSimd : kind, workers);
+}
+
+std::vector<DeviceInfo> ListDevices() {
+  std::vector<DeviceInfo> list;
+#ifdef TOPOTAG_HAVE_OPENCL
+  for (const opencl::Device& device : opencl::AllDevices()) list.push_back(device.info);
+#endif
+  return list;
 }
 
 }  // namespace topotag

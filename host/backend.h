@@ -2,6 +2,7 @@
 #define TOPOTAG_HOST_BACKEND_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "host/pipeline.h"
@@ -45,8 +46,13 @@ class Backend {
 
 /// Resolves kAuto: the environment variable TOPOTAG_BACKEND, else the fastest backend built in.
 /// @param workers  shared by the backends of one detector, which run one after the other
-/// @throws Error (kUnavailable, kInvalidArgument), naming the backend and why there is none.
-std::unique_ptr<Backend> MakeBackend(BackendKind kind, Workers* workers);
+/// @param device   of the opencl backend, Options::device
+/// @throws Error (kUnavailable, kInvalidArgument), naming the backend and why there is none;
+/// kDevice.
+std::unique_ptr<Backend> MakeBackend(BackendKind kind, Workers* workers,
+                                     std::optional<int> device = std::nullopt);
+/// The backend of small areas: the same, but never a device. The way there and back takes longer.
+std::unique_ptr<Backend> MakeSecondBackend(BackendKind kind, Workers* workers);
 
 }  // namespace topotag
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "host/model.h"
 #include "host/sample.h"
 #include "topotag/marker.h"
 
@@ -23,8 +24,14 @@ constexpr double kMinOpen = 0.15;
 // A node this near to the middle between both kinds, in parts of their difference, is neither.
 constexpr double kUndecided = 0.15;
 
-// The brightness of nodes of one kind as a line over the local resolution, which perspective lets
-// vary across the marker.
+// Brightness as a line over the local resolution.
+struct Line {
+  double level, slope, from;
+  double At(double resolution) const { return level + slope * (resolution - from); }
+};
+
+// The brightness of nodes of one kind over the local resolution, which perspective lets vary across
+// the marker.
 class Kind {
  public:
   void Add(double resolution, double hole) {
@@ -35,13 +42,14 @@ class Kind {
     sum_xy_ += resolution * hole;
   }
   int count() const { return count_; }
-  double At(double resolution) const {
-    const double mean_x = sum_x_ / count_;
-    const double variance = sum_xx_ / count_ - mean_x * mean_x;
-    const double covariance = sum_xy_ / count_ - mean_x * sum_y_ / count_;
+  Line Fit() const {
+    const double inverse = 1.0 / count_;
+    const double mean_x = sum_x_ * inverse;
+    const double mean_y = sum_y_ * inverse;
+    const double variance = sum_xx_ * inverse - mean_x * mean_x;
+    const double covariance = sum_xy_ * inverse - mean_x * mean_y;
     const bool steep = count_ >= kMinForSlope && variance > kMinVariance * mean_x * mean_x;
-    const double slope = steep ? covariance / variance : 0;
-    return sum_y_ / count_ + slope * (resolution - mean_x);
+    return {mean_y, steep ? covariance / variance : 0, mean_x};
   }
 
  private:
@@ -56,31 +64,36 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
   const int count = family.vertex_count();
   const uint64_t read = VertexBits(family, decoded->id) | 3;  // p1 and p2 are holes
   // Brightness of the centre over that of the body around it, in parts of the contrast.
-  std::array<double, kMaxVertices> hole{};
-  std::array<double, kMaxVertices> resolution{};
+  std::array<double, kMaxVertices> hole;
+  std::array<double, kMaxVertices> resolution;
   Kind kinds[2];
   double mean_contrast = 0;
   double darkest = INFINITY;
+  const Point2* model = ModelTable(family);
   for (int i = count - 1; i >= 0; --i) {
     const auto k = static_cast<size_t>(i);
-    const LocalMap map(decoded->map, ModelVertex(family, i));
-    const double body = RingLevel(image, map, kBodyRing);
+    const LocalMap map(decoded->map, model[i]);
+    const double unit_area = std::abs(map.Determinant());  // pixels
+    NodeLevels& levels = decoded->levels[k];
+    levels = MeasureLevels(image, map, kGapRing, kBodyRing);
     // The gap around p1 or p2 alone is not that of a node.
-    const double contrast = i < 2 ? mean_contrast : RingLevel(image, map, kGapRing) - body;
+    const double contrast = i < 2 ? mean_contrast : levels.white - levels.black;
     if (!(contrast > kMinContrast)) return false;
     if (i >= 2) mean_contrast += contrast / (count - 2);
-    resolution[k] = std::sqrt(std::abs(map.Determinant()));
-    hole[k] = (Bilinear(image, map.center) - body) / contrast;
+    resolution[k] = std::sqrt(unit_area);
+    hole[k] = (Bilinear(image, map.center) - levels.black) / contrast;
     kinds[read >> i & 1].Add(resolution[k], hole[k]);
     darkest = std::min(darkest, hole[k]);
   }
-  if (kinds[0].count() == 0) return darkest > kMinOpen * kinds[1].At(resolution[0]);
+  if (kinds[0].count() == 0) return darkest > kMinOpen * kinds[1].Fit().At(resolution[0]);
 
+  const Line solids = kinds[0].Fit();
+  const Line rings = kinds[1].Fit();
   uint64_t bits = 0;
   for (int i = 2; i < count; ++i) {
     const auto k = static_cast<size_t>(i);
-    const double solid = kinds[0].At(resolution[k]);
-    const double spread = kinds[1].At(resolution[k]) - solid;
+    const double solid = solids.At(resolution[k]);
+    const double spread = rings.At(resolution[k]) - solid;
     if (!(spread > kMinSpread)) return false;
     const double from_middle = (hole[k] - solid) / spread - 0.5;
     if (std::abs(from_middle) < kUndecided) return false;

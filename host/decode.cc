@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
 
+#include "host/model.h"
 #include "host/sample.h"
 #include "topotag/marker.h"
 
@@ -27,8 +27,13 @@ double Cross(Point2 a, Point2 b, Point2 c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-Point2 Centroid(const Feature& f, const SearchArea& area) {
-  return area.ToFrame(static_cast<double>(f.sum_x) / f.area, static_cast<double>(f.sum_y) / f.area);
+double Square(double x) { return x * x; }
+
+double SquaredDistance(Point2 a, Point2 b) { return Square(a.x - b.x) + Square(a.y - b.y); }
+
+Point2 Centroid(int64_t sum_x, int64_t sum_y, uint32_t pixels, const SearchArea& area) {
+  const double inverse = 1.0 / pixels;
+  return area.ToFrame(static_cast<double>(sum_x) * inverse, static_cast<double>(sum_y) * inverse);
 }
 
 // The points of one candidate in ideal pixels: point 0 and 1 are the baseline node's holes, the
@@ -41,80 +46,93 @@ struct Points {
 
 bool GatherPoints(const Candidate& candidate, const Node* nodes, const Camera* camera,
                   const SearchArea& area, Points* points) {
+  const auto add = [&](const Node& node, Point2 place) {
+    const auto k = static_cast<size_t>(points->count++);
+    points->node[k] = &node;
+    return PixelToIdeal(camera, place, &points->at[k]);
+  };
   const Node& baseline = nodes[candidate.baseline];
   for (const Feature& hole : baseline.holes) {
-    points->node[static_cast<size_t>(points->count)] = &baseline;
-    points->at[static_cast<size_t>(points->count++)] = Centroid(hole, area);
+    if (!add(baseline, Centroid(hole.sum_x, hole.sum_y, hole.area, area))) return false;
   }
   for (int i = 0; i < candidate.node_count; ++i) {
     if (i == candidate.baseline) continue;
-    Feature whole = nodes[i].black;
-    if (nodes[i].hole_count == 1) {
-      whole.area += nodes[i].holes[0].area;
-      whole.sum_x += nodes[i].holes[0].sum_x;
-      whole.sum_y += nodes[i].holes[0].sum_y;
+    const Node& node = nodes[i];
+    int64_t sum_x = node.black.sum_x;
+    int64_t sum_y = node.black.sum_y;
+    uint32_t pixels = node.black.area;
+    if (node.hole_count == 1) {
+      sum_x += node.holes[0].sum_x;
+      sum_y += node.holes[0].sum_y;
+      pixels += node.holes[0].area;
     }
-    points->node[static_cast<size_t>(points->count)] = &nodes[i];
-    points->at[static_cast<size_t>(points->count++)] = Centroid(whole, area);
-  }
-  for (int i = 0; i < points->count; ++i) {
-    Point2& p = points->at[static_cast<size_t>(i)];
-    if (!PixelToIdeal(camera, p, &p)) return false;
+    if (!add(node, Centroid(sum_x, sum_y, pixels, area))) return false;
   }
   return true;
 }
 
-using Hull = std::array<int, 2 * kMaxVertices>;  // indices of points
-
-// Convex hull, clockwise as seen on the screen (y points down), by Andrew's monotone chain.
-int ConvexHull(const Points& points, Hull* hull) {
-  std::array<int, kMaxVertices> order;
-  for (int i = 0; i < points.count; ++i) order[static_cast<size_t>(i)] = i;
-  const auto at = [&](int i) { return points.at[static_cast<size_t>(i)]; };
-  std::sort(order.begin(), order.begin() + points.count, [&](int a, int b) {
-    return std::make_tuple(at(a).x, at(a).y, a) < std::make_tuple(at(b).x, at(b).y, b);
-  });
+struct Hull {
   int size = 0;
-  const auto add = [&](int i, int keep) {
-    while (size >= keep + 2 && Cross(at((*hull)[static_cast<size_t>(size - 2)]),
-                                     at((*hull)[static_cast<size_t>(size - 1)]), at(i)) <= 0) {
-      --size;
+  std::array<int, 2 * kMaxVertices> point;  ///< indices of points
+};
+
+// Convex hull, clockwise as seen on the screen (y points down), by Andrew's monotone chain from
+// top to bottom and back: the nodes come nearly in that order.
+Hull ConvexHull(const Points& points) {
+  std::array<int, kMaxVertices> order;
+  const auto at = [&](int i) { return points.at[static_cast<size_t>(i)]; };
+  for (int i = 0; i < points.count; ++i) {
+    const Point2 p = at(i);
+    int k = i;
+    for (; k > 0; --k) {
+      const int previous = order[static_cast<size_t>(k - 1)];
+      const Point2 q = at(previous);
+      if (q.y < p.y || (q.y == p.y && q.x <= p.x)) break;
+      order[static_cast<size_t>(k)] = previous;
     }
-    (*hull)[static_cast<size_t>(size++)] = i;
+    order[static_cast<size_t>(k)] = i;
+  }
+  Hull hull;
+  const auto add = [&](int i, int keep) {
+    while (hull.size >= keep + 2 &&
+           Cross(at(hull.point[static_cast<size_t>(hull.size - 2)]),
+                 at(hull.point[static_cast<size_t>(hull.size - 1)]), at(i)) <= 0) {
+      --hull.size;
+    }
+    hull.point[static_cast<size_t>(hull.size++)] = i;
   };
   for (int k = 0; k < points.count; ++k) add(order[static_cast<size_t>(k)], 0);
-  const int upper = size - 1;
-  for (int k = points.count - 2; k >= 0; --k) add(order[static_cast<size_t>(k)], upper);
-  return size - 1;
+  const int last = hull.size - 1;
+  for (int k = points.count - 2; k >= 0; --k) add(order[static_cast<size_t>(k)], last);
+  --hull.size;  // the first point again
+  return hull;
 }
 
 // Corners of the largest quadrilateral among the hull's points that starts at hull index `first`,
-// clockwise: for each opposite corner the best corner on either side.
-bool LargestQuad(const Points& points, const Hull& hull, int size, int first,
-                 std::array<Point2, 4>* quad) {
-  const auto at = [&](int k) {
-    return points.at[static_cast<size_t>(hull[static_cast<size_t>((first + k) % size)])];
+// clockwise: for each opposite corner the best corner on either side. As the opposite corner
+// advances, neither of them goes back.
+bool LargestQuad(const Points& points, const Hull& hull, int first, std::array<Point2, 4>* quad) {
+  std::array<Point2, 2 * kMaxVertices> at;  // from the first corner on
+  for (int k = 0; k < hull.size; ++k) {
+    const int i = first + k < hull.size ? first + k : first + k - hull.size;
+    at[static_cast<size_t>(k)] = points.at[static_cast<size_t>(hull.point[static_cast<size_t>(i)])];
+  }
+  const auto area = [&](size_t opposite, size_t k) {
+    return std::abs(Cross(at[0], at[opposite], at[k]));
   };
   double best = 0;
-  for (int opposite = 2; opposite + 1 < size; ++opposite) {
-    const auto farthest = [&](int begin, int end, double* area) {
-      int found = begin;
-      for (int k = begin; k < end; ++k) {
-        const double a = std::abs(Cross(at(0), at(opposite), at(k)));
-        if (a > *area) {
-          *area = a;
-          found = k;
-        }
-      }
-      return found;
-    };
-    double right = 0;
-    double left = 0;
-    const int second = farthest(1, opposite, &right);
-    const int fourth = farthest(opposite + 1, size, &left);
+  size_t second = 1;
+  size_t fourth = 3;
+  const auto size = static_cast<size_t>(hull.size);
+  for (size_t opposite = 2; opposite + 1 < size; ++opposite) {
+    while (second + 1 < opposite && area(opposite, second + 1) > area(opposite, second)) ++second;
+    fourth = std::max(fourth, opposite + 1);
+    while (fourth + 1 < size && area(opposite, fourth + 1) > area(opposite, fourth)) ++fourth;
+    const double right = area(opposite, second);
+    const double left = area(opposite, fourth);
     if (right > 0 && left > 0 && right + left > best) {
       best = right + left;
-      *quad = {at(0), at(second), at(opposite), at(fourth)};
+      *quad = {at[0], at[second], at[opposite], at[fourth]};
     }
   }
   return best > 0;
@@ -124,7 +142,6 @@ bool LargestQuad(const Points& points, const Hull& hull, int size, int first,
 struct Reading {
   std::array<int, kMaxVertices> point;  ///< of each vertex
   Homography map;                       ///< tag units to ideal pixels
-  double rms = 0;                       ///< of all vertices, units
 };
 
 // Assigns every point to the vertex that `inverse` (ideal pixels to units) takes it to; p1 is
@@ -133,69 +150,75 @@ bool Assign(const Points& points, Family family, int p1, const Homography& inver
             Reading* reading) {
   const int n = family.n();
   const double first = -kPitch / 2 * (n - 1);
-  std::array<bool, kMaxVertices> taken{};
+  const Point2* model = ModelTable(family);
+  uint64_t taken = 0;
   for (int i = 0; i < points.count; ++i) {
     const Point2 tag = inverse.Map(points.at[static_cast<size_t>(i)]);
     int vertex;
     if (i < 2) {
       vertex = i == p1 ? 0 : 1;
     } else {
-      const double col = std::round((tag.x - first) / kPitch);
-      const double row = std::round((tag.y - first) / kPitch);
+      const double col = (tag.x - first) / kPitch + 0.5;
+      const double row = (tag.y - first) / kPitch + 0.5;
       if (!(col >= 0 && col < n && row >= 0 && row < n)) return false;
       vertex = static_cast<int>(row) * n + static_cast<int>(col);
       if (vertex < 2) return false;
     }
-    const Point2 model = ModelVertex(family, vertex);
-    if (!(std::hypot(tag.x - model.x, tag.y - model.y) < kCornerFit)) return false;
-    if (taken[static_cast<size_t>(vertex)]) return false;
-    taken[static_cast<size_t>(vertex)] = true;
+    if (!(SquaredDistance(tag, model[vertex]) < Square(kCornerFit))) return false;
+    if ((taken >> vertex & 1) != 0) return false;
+    taken |= uint64_t{1} << vertex;
     reading->point[static_cast<size_t>(vertex)] = i;
   }
   return true;
 }
 
 // Fits the homography to all vertices and checks that each lies where it belongs.
-bool Confirm(const Points& points, Family family, Reading* reading) {
-  std::array<Point2, kMaxVertices> model;
+bool Confirm(const Points& points, Family family, const Homography& corners, Reading* reading) {
+  const Point2* model = ModelTable(family);
   std::array<Point2, kMaxVertices> image;
   const int count = family.vertex_count();
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<size_t>(i);
-    model[k] = ModelVertex(family, i);
     image[k] = points.at[static_cast<size_t>(reading->point[k])];
   }
   Homography inverse;
-  if (!FitHomography(model.data(), image.data(), count, &reading->map) ||
+  if (!FitHomography(model, image.data(), count, corners, &reading->map) ||
       !Invert(reading->map, &inverse)) {
     return false;
   }
   double sum = 0;
-  for (size_t k = 0; k < static_cast<size_t>(count); ++k) {
-    const Point2 tag = inverse.Map(image[k]);
-    const double error = std::hypot(tag.x - model[k].x, tag.y - model[k].y);
-    if (!(error < kGridFit)) return false;
-    sum += error * error;
+  for (int i = 0; i < count; ++i) {
+    const double error = SquaredDistance(inverse.Map(image[static_cast<size_t>(i)]), model[i]);
+    if (!(error < Square(kGridFit))) return false;
+    sum += error;
   }
-  reading->rms = std::sqrt(sum / count);
-  return reading->rms < kGridFitRms;
+  return sum < Square(kGridFitRms) * count;
 }
 
-bool ReadGrid(const Points& points, Family family, int p1, const Hull& hull, int hull_size,
-              Reading* reading) {
-  const auto end = hull.begin() + hull_size;
-  const auto start = std::find(hull.begin(), end, p1);
+bool ReadGrid(const Points& points, Family family, int p1, const Hull& hull, Reading* reading) {
+  const auto end = hull.point.begin() + hull.size;
+  const auto start = std::find(hull.point.begin(), end, p1);
   std::array<Point2, 4> quad;
   if (start == end ||
-      !LargestQuad(points, hull, hull_size, static_cast<int>(start - hull.begin()), &quad)) {
+      !LargestQuad(points, hull, static_cast<int>(start - hull.point.begin()), &quad)) {
     return false;
   }
-  const double c = kPitch / 2 * (family.n() - 1);
-  const Point2 model[4] = {{-c, -c}, {c, -c}, {c, c}, {-c, c}};
   Homography map;
   Homography inverse;
-  return FitHomography(model, quad.data(), 4, &map) && Invert(map, &inverse) &&
-         Assign(points, family, p1, inverse, reading) && Confirm(points, family, reading);
+  return SquareToQuad(kPitch / 2 * (family.n() - 1), quad.data(), &map) && Invert(map, &inverse) &&
+         Assign(points, family, p1, inverse, reading) && Confirm(points, family, map, reading);
+}
+
+// The hole of the baseline node that is tried first as p1, the corner: the one farther from the
+// middle of all nodes.
+int LikelyCorner(const Points& points) {
+  Point2 sum;
+  for (int i = 0; i < points.count; ++i) {
+    sum.x += points.at[static_cast<size_t>(i)].x;
+    sum.y += points.at[static_cast<size_t>(i)].y;
+  }
+  const Point2 middle{sum.x / points.count, sum.y / points.count};
+  return SquaredDistance(points.at[0], middle) >= SquaredDistance(points.at[1], middle) ? 0 : 1;
 }
 
 // Black area and holes, in pixels of the labelled image.
@@ -205,33 +228,49 @@ double WholeArea(const Node& node) {
   return area;
 }
 
+// The element that count / 2 others precede. Counting needs no branches, and few are counted.
+float Median(const std::array<float, kMaxVertices>& values, int count) {
+  const float* begin = values.data();
+  for (int i = 0; i < count; ++i) {
+    const float value = begin[i];
+    int below = 0;
+    int same = 0;
+    for (int k = 0; k < count; ++k) {
+      below += begin[k] < value;
+      same += begin[k] == value;
+    }
+    if (below <= count / 2 && count / 2 < below + same) return value;
+  }
+  return NAN;
+}
+
 // Sizes of all nodes and places of all holes.
 bool CheckNodes(const Points& points, Family family, const Reading& reading, const SearchArea& area,
                 const TagMap& map, double* median_area) {
-  std::array<double, kMaxVertices> areas;
+  std::array<float, kMaxVertices> areas;
   const int count = family.bits();
+  const Point2* model = ModelTable(family) + 2;
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<size_t>(i);
     const Node& node = *points.node[static_cast<size_t>(reading.point[k + 2])];
-    const LocalMap local(map, ModelVertex(family, i + 2));
+    const LocalMap local(map, model[i]);
     const double unit_area = std::abs(local.Determinant());  // pixels
-    areas[k] = WholeArea(node) / (area.scale * area.scale * unit_area);
+    areas[k] = static_cast<float>(WholeArea(node) / (area.scale * area.scale * unit_area));
     if (node.hole_count == 0) continue;
     const Jacobian2& j = local.j;
-    const Point2 hole = Centroid(node.holes[0], area);
+    const Feature& f = node.holes[0];
+    const Point2 hole = Centroid(f.sum_x, f.sum_y, f.area, area);
     const double dx = hole.x - local.center.x;
     const double dy = hole.y - local.center.y;
-    if (!(std::hypot(j[3] * dx - j[1] * dy, j[0] * dy - j[2] * dx) < kHoleFit * unit_area)) {
-      return false;
-    }
+    const double squared_distance =  // units times unit_area
+        Square(j[3] * dx - j[1] * dy) + Square(j[0] * dy - j[2] * dx);
+    if (!(squared_distance < Square(kHoleFit * unit_area))) return false;
   }
-  std::array<double, kMaxVertices> sorted = areas;
-  const auto middle = sorted.begin() + count / 2;
-  std::nth_element(sorted.begin(), middle, sorted.begin() + count);
-  *median_area = *middle;
-  if (!(*median_area > kMinNodeArea && *median_area < kMaxNodeArea)) return false;
+  const double median = Median(areas, count);
+  if (!(median > kMinNodeArea && median < kMaxNodeArea)) return false;
+  *median_area = median;
   return std::all_of(areas.begin(), areas.begin() + count, [&](double a) {
-    return a < kMaxAreaRatio * *median_area && a * kMaxAreaRatio > *median_area;
+    return a < kMaxAreaRatio * median && a * kMaxAreaRatio > median;
   });
 }
 
@@ -277,17 +316,14 @@ bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
             const SearchArea& area, Decoded* decoded) {
   Points points;
   if (!GatherPoints(candidate, nodes, camera, area, &points)) return false;
-  Hull hull;
-  const int hull_size = ConvexHull(points, &hull);
+  const Hull hull = ConvexHull(points);
+  const int p1 = LikelyCorner(points);
   Reading best;
-  bool found = false;
-  for (int p1 = 0; p1 < 2; ++p1) {
-    Reading reading;
-    if (!ReadGrid(points, candidate.family, p1, hull, hull_size, &reading)) continue;
-    if (!found || reading.rms < best.rms) best = reading;
-    found = true;
+  if (!ReadGrid(points, candidate.family, p1, hull, &best) &&
+      !ReadGrid(points, candidate.family, 1 - p1, hull, &best)) {
+    return false;
   }
-  if (!found || !IsInFront(best.map, candidate.family.white_side() / 2.0)) return false;
+  if (!IsInFront(best.map, candidate.family.white_side() / 2.0)) return false;
 
   decoded->family = candidate.family;
   decoded->map = {best.map, camera};

@@ -1,9 +1,11 @@
 #ifndef TOPOTAG_HOST_DECODE_H_
 #define TOPOTAG_HOST_DECODE_H_
 
+#include <array>
 #include <cstdint>
 
 #include "host/homography.h"
+#include "host/sample.h"
 #include "host/tree.h"
 #include "topotag/detection.h"
 
@@ -15,6 +17,8 @@ struct Decoded {
   uint64_t id = 0;
   TagMap map;            ///< fitted to the centroids of all nodes
   double node_area = 9;  ///< median area of the nodes, holes included, in square units
+  /// Of the nodes from vertex 2 on, set by ConfirmBits.
+  std::array<NodeLevels, kMaxVertices> levels;
 };
 
 /// Where a candidate was found, in pixels of the frame.

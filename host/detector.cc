@@ -24,6 +24,11 @@ constexpr int64_t kMaxUpsampledArea = 160 * 160;  // pixels
 // bounds their time.
 constexpr int64_t kSecondLookShare = 4;
 constexpr int64_t kMinSecondLook = 4 * kMaxUpsampledArea;
+// What decoding and refining read around a candidate: its surroundings within this margin, in
+// pixels and in parts of its larger side. The white area has at least 13 units; nodes, their gaps
+// and the frame, however the perspective moves them, stay within 3 units of it.
+constexpr int kFetchMargin = 16;
+constexpr int kFetchShare = 4;
 constexpr double kMaxTagSize = 1e6;  // metres: keeps the covariance finite
 
 std::string Size(int width, int height) {
@@ -81,6 +86,15 @@ ImageView Crop(const ImageView& image, const Rect& area) {
   return {image.row(area.y) + area.x, area.width, area.height, image.stride};
 }
 
+// A box grown by the margin of what is read around it, within the frame.
+Rect WithMargin(const Rect& box, const ImageView& frame) {
+  const int margin = kFetchMargin + std::max(box.width, box.height) / kFetchShare;
+  const int x0 = std::max(box.x - margin, 0);
+  const int y0 = std::max(box.y - margin, 0);
+  return {x0, y0, std::min(box.x + box.width + margin, frame.width) - x0,
+          std::min(box.y + box.height + margin, frame.height) - y0};
+}
+
 // A reading of a place that was read before: the centres are less than half a pitch apart.
 bool IsKnown(const std::vector<Marker>& markers, const Decoded& decoded) {
   const LocalMap local(decoded.map, {0, 0});
@@ -90,6 +104,8 @@ bool IsKnown(const std::vector<Marker>& markers, const Decoded& decoded) {
     return dx * dx + dy * dy < 4 * std::abs(local.Determinant());
   });
 }
+
+static_assert(Detector::kMaxSubmitted == Backend::kMaxSubmitted);
 
 bool ComesBefore(const Marker* a, const Marker* b) {
   const auto key = [](const Marker* m) {
@@ -103,8 +119,8 @@ bool ComesBefore(const Marker* a, const Marker* b) {
 Detector::Impl::Impl(Options o)
     : options(Validated(std::move(o))),
       workers(options.threads),
-      backend(MakeBackend(options.backend, &workers)),
-      second_backend(MakeBackend(options.backend, &workers)),
+      backend(MakeBackend(options.backend, &workers, options.device)),
+      second_backend(MakeSecondBackend(options.backend, &workers)),
       backend_name(backend->name()),
       first(MakeTreeParams(options)),
       second(MakeTreeParams(options)) {
@@ -136,7 +152,9 @@ double Detector::Impl::TagSize(Family family, uint64_t id) const {
 
 void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
   markers.clear();
-  first.Run(backend.get(), Crop(image, whole), threshold_params, &times);
+  first.Run(source == nullptr ? backend.get() : source->backend(), Crop(image, whole),
+            threshold_params, &times);
+  if (source != nullptr) FetchCandidates(whole);
   DecodeCandidates(image, first, {whole.x, whole.y, 1, whole});
   if (options.preset == Preset::kPaper) return;
   int64_t budget = std::max(int64_t{whole.width} * whole.height / kSecondLookShare, kMinSecondLook);
@@ -154,8 +172,25 @@ void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
   }
 }
 
+void Detector::Impl::FetchCandidates(const Rect& whole) {
+  StopWatch watch;
+  parts.clear();
+  for (const Candidate& candidate : first.tree.candidates()) {
+    const Feature& white = candidate.white;
+    const Rect box{whole.x + white.min_x, whole.y + white.min_y, white.max_x - white.min_x + 1,
+                   white.max_y - white.min_y + 1};
+    parts.push_back(WithMargin(box, source->shadow()));
+  }
+  source->Fetch(parts);
+  times.decode += watch.Lap();
+}
+
 void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const Rect& part) {
   StopWatch watch;
+  if (source != nullptr) {
+    parts.assign(1, WithMargin(part, image));
+    source->Fetch(parts);
+  }
   const bool small = int64_t{part.width} * part.height <= kMaxUpsampledArea;
   const ImageView view = small ? Upsample(Crop(image, part), &upsampled) : Crop(image, part);
   times.threshold += watch.Lap();
@@ -241,19 +276,48 @@ std::vector<Detection> Detector::detect(const ImageView& image) {
   return detections;
 }
 
+void Detector::Impl::Detect(FrameSource* from, const ImageView& image, const Rect& area,
+                            std::vector<Detection>* detections) {
+  if (source != from) {
+    backend_name = from == nullptr ? backend->name() : from->backend()->name();
+    source = from;
+  }
+  times = {};
+  StopWatch total;
+  Search(image, area);
+  StopWatch watch;
+  MeasureVertices(image);
+  Report(detections);
+  times.vertices = watch.Lap();
+  EstimatePoses(detections);
+  times.pose = watch.Lap();
+  times.total = total.Lap();
+}
+
 void Detector::detect(const ImageView& image, std::vector<Detection>* detections) {
   detections->clear();
-  const Rect area = impl_->Area(image);
-  impl_->times = {};
-  StopWatch total;
-  impl_->Search(image, area);
-  StopWatch watch;
-  impl_->MeasureVertices(image);
-  impl_->Report(detections);
-  impl_->times.vertices = watch.Lap();
-  impl_->EstimatePoses(detections);
-  impl_->times.pose = watch.Lap();
-  impl_->times.total = total.Lap();
+  if (!impl_->pending.empty()) FailArgument("detect: submitted frames have not been collected");
+  impl_->Detect(nullptr, image, impl_->Area(image), detections);
+}
+
+void Detector::submit(const ImageView& image) {
+  Impl& impl = *impl_;
+  if (impl.pending.size() == static_cast<size_t>(kMaxSubmitted)) {
+    FailArgument("submit: " + std::to_string(kMaxSubmitted) + " frames have not been collected");
+  }
+  const Rect area = impl.Area(image);
+  impl.pending.reserve(kMaxSubmitted);
+  impl.backend->Submit(Crop(image, area), impl.threshold_params);
+  impl.pending.push_back({image, area});
+}
+
+bool Detector::collect(std::vector<Detection>* detections) {
+  detections->clear();
+  if (impl_->pending.empty()) return false;
+  const Pending frame = impl_->pending.front();
+  impl_->pending.erase(impl_->pending.begin());
+  impl_->Detect(nullptr, frame.image, frame.area, detections);
+  return true;
 }
 
 const Options& Detector::options() const { return impl_->options; }

@@ -7,6 +7,7 @@
 
 #include "host/backend.h"
 #include "host/decode.h"
+#include "host/frame_source.h"
 #include "host/segmentation.h"
 #include "host/upsample.h"
 #include "host/workers.h"
@@ -27,6 +28,12 @@ struct Marker {
   VertexList vertices;
 };
 
+/// A frame that was submitted and not collected.
+struct Pending {
+  ImageView image;
+  Rect area;
+};
+
 /// A detector's configuration and the workspace of its last frame.
 struct Detector::Impl {
   explicit Impl(Options o);
@@ -36,7 +43,12 @@ struct Detector::Impl {
   const Camera* camera() const { return options.camera ? &*options.camera : nullptr; }
   double TagSize(Family family, uint64_t id) const;
 
+  /// Everything that is done with a frame of which `area` is searched. `from` is null for frames in
+  /// host memory.
+  void Detect(FrameSource* from, const ImageView& image, const Rect& area,
+              std::vector<Detection>* detections);
   void Search(const ImageView& image, const Rect& whole);
+  void FetchCandidates(const Rect& whole);
   void LookAgain(const ImageView& image, const Rect& whole, const Rect& part);
   void DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
                         const SearchArea& area);
@@ -49,7 +61,11 @@ struct Detector::Impl {
   Workers workers;
   std::unique_ptr<Backend> backend;
   std::unique_ptr<Backend> second_backend;  ///< of the second looks
-  std::string backend_name;
+  std::string backend_name;                 ///< of the last frame
+  FrameSource* source = nullptr;            ///< of the last frame
+  std::unique_ptr<FrameSource> device_frames;
+  std::vector<Pending> pending;  ///< oldest first
+  std::vector<Rect> parts;       ///< to fetch from the source
   StageTimes times;
 
   Segmentation first;   ///< of the whole area

@@ -1,156 +1,176 @@
 #include "host/homography.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 
 namespace topotag {
 namespace {
 
-// Similarity that takes points to mean 0 and mean absolute deviation about 1, which keeps the
-// normal equations well conditioned.
-struct Normalization {
-  double cx, cy, scale;
-  Point2 Apply(Point2 p) const { return {(p.x - cx) * scale, (p.y - cy) * scale}; }
+constexpr double kMinDenominator = 1e-6;
+// Of a pivot, in parts of the sum that it is left of.
+constexpr double kMinPivot = 1e-12;
+
+struct Vector3d {
+  double x, y, one;
 };
 
-Normalization Normalize(const Point2* points, int n) {
-  double cx = 0;
-  double cy = 0;
-  for (int i = 0; i < n; ++i) {
-    cx += points[i].x;
-    cy += points[i].y;
-  }
-  cx /= n;
-  cy /= n;
-  double spread = 0;
-  for (int i = 0; i < n; ++i) spread += std::abs(points[i].x - cx) + std::abs(points[i].y - cy);
-  return {cx, cy, spread > 0 ? 2 * n / spread : 1};
-}
+// Weighted sums over the points of the products of (x, y, 1) with itself.
+struct Moments {
+  double xx = 0, xy = 0, yy = 0, x = 0, y = 0, one = 0;
 
-using Vector8 = Eigen::Matrix<double, 8, 1>;
-using Matrix8 = Eigen::Matrix<double, 8, 8>;
-
-// One linear solution for h of (h0 x + h1 y + h2) - u (h6 x + h7 y + 1) = 0 and the same with v,
-// each equation weighted by 1 / denominator^2 of the previous solution: after the second
-// round the residuals are distances.
-bool SolveLinear(const Point2* from, const Point2* to, int n, Vector8* h) {
-  Matrix8 normal = Matrix8::Zero();
-  Vector8 right = Vector8::Zero();
-  for (int i = 0; i < n; ++i) {
-    const double x = from[i].x;
-    const double y = from[i].y;
-    const double denominator = (*h)[6] * x + (*h)[7] * y + 1;
-    const double w = 1 / (denominator * denominator);
-    const double a[3] = {x, y, 1};
-    const double uv[2] = {to[i].x, to[i].y};
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c <= r; ++c) {
-        const double product = w * a[r] * a[c];
-        normal(r, c) += product;
-        normal(3 + r, 3 + c) += product;
-        if (r < 2) normal(6 + r, 6 + c) += product * (uv[0] * uv[0] + uv[1] * uv[1]);
-      }
-      for (int k = 0; k < 2; ++k) {
-        const double product = w * a[r] * uv[k];
-        right(3 * k + r) += product;
-        for (int c = 0; c < 2; ++c) normal(6 + c, 3 * k + r) -= product * a[c];
-      }
-      if (r < 2) right(6 + r) -= w * a[r] * (uv[0] * uv[0] + uv[1] * uv[1]);
-    }
+  void Add(Point2 p, double weight) {
+    const double wx = weight * p.x;
+    const double wy = weight * p.y;
+    xx += wx * p.x;
+    xy += wx * p.y;
+    yy += wy * p.y;
+    x += wx;
+    y += wy;
+    one += weight;
   }
-  const Eigen::LDLT<Matrix8> solver(normal);
-  if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 1e-12)) return false;
-  *h = solver.solve(right);
-  return h->allFinite();
-}
+};
+
+// Solves for symmetric positive definite 3 x 3 matrices, by their L D L' decomposition with the
+// constant first.
+class MomentSolver {
+ public:
+  explicit MomentSolver(const Moments& m)
+      : mean_x_(m.x / m.one),
+        mean_y_(m.y / m.one),
+        inverse_one_(1 / m.one),
+        inverse_xx_(1 / (m.xx - mean_x_ * m.x)),
+        slope_((m.xy - mean_x_ * m.y) * inverse_xx_),
+        inverse_yy_(1 / (m.yy - mean_y_ * m.y - slope_ * (m.xy - mean_x_ * m.y))),
+        regular_(inverse_xx_ > 0 && inverse_xx_ * m.xx < 1 / kMinPivot && inverse_yy_ > 0 &&
+                 inverse_yy_ * m.yy < 1 / kMinPivot) {}
+
+  bool regular() const { return regular_; }
+  Vector3d Solve(double x, double y, double one) const {
+    const double rx = x - mean_x_ * one;
+    const double ry = y - mean_y_ * one - slope_ * rx;
+    const double sy = ry * inverse_yy_;
+    const double sx = rx * inverse_xx_ - slope_ * sy;
+    return {sx, sy, one * inverse_one_ - mean_x_ * sx - mean_y_ * sy};
+  }
+
+ private:
+  double mean_x_, mean_y_, inverse_one_, inverse_xx_, slope_, inverse_yy_;
+  bool regular_;
+};
+
+// What one image coordinate u, with the moments a of its weights times u, brings to the equations:
+// its row of the map is constant + (x_slope, y_slope) (h6, h7).
+struct Row {
+  Row(const MomentSolver& solver, const Moments& a)
+      : x_slope(solver.Solve(a.xx, a.xy, a.x)),
+        y_slope(solver.Solve(a.xy, a.yy, a.y)),
+        constant(solver.Solve(a.x, a.y, a.one)) {}
+
+  Vector3d At(double h6, double h7) const {
+    return {constant.x + x_slope.x * h6 + y_slope.x * h7,
+            constant.y + x_slope.y * h6 + y_slope.y * h7,
+            constant.one + x_slope.one * h6 + y_slope.one * h7};
+  }
+  Vector3d x_slope, y_slope, constant;
+};
+
+double DotX(const Moments& a, const Vector3d& v) { return a.xx * v.x + a.xy * v.y + a.x * v.one; }
+double DotY(const Moments& a, const Vector3d& v) { return a.xy * v.x + a.yy * v.y + a.y * v.one; }
 
 }  // namespace
 
-Point2 Homography::Map(Point2 p) const {
-  const double w = 1 / Denominator(p);
-  return {(m[0][0] * p.x + m[0][1] * p.y + m[0][2]) * w,
-          (m[1][0] * p.x + m[1][1] * p.y + m[1][2]) * w};
+bool SquareToQuad(double half, const Point2* quad, Homography* homography) {
+  const Point2 d1{quad[1].x - quad[2].x, quad[1].y - quad[2].y};
+  const Point2 d2{quad[3].x - quad[2].x, quad[3].y - quad[2].y};
+  const Point2 s{quad[0].x - quad[1].x - d2.x, quad[0].y - quad[1].y - d2.y};
+  const double det = d1.x * d2.y - d2.x * d1.y;
+  // The map of the unit square has the denominator g s + h t + 1.
+  const double g = (s.x * d2.y - d2.x * s.y) / det;
+  const double h = (d1.x * s.y - s.x * d1.y) / det;
+  if (!(std::abs(det) > 0 && 1 + g > kMinDenominator && 1 + h > kMinDenominator &&
+        1 + g + h > kMinDenominator)) {
+    return false;
+  }
+  const double scale = 1 / (2 + g + h);  // halved denominator at the square's centre
+  const double per_unit = scale / half;
+  const auto row = [&](double p0, double p1, double p3) {
+    const double a = p1 - p0 + g * p1;
+    const double b = p3 - p0 + h * p3;
+    return Vector3{a * per_unit, b * per_unit, (a + b + 2 * p0) * scale};
+  };
+  homography->m = {row(quad[0].x, quad[1].x, quad[3].x),
+                   row(quad[0].y, quad[1].y, quad[3].y),
+                   {g * per_unit, h * per_unit, 1}};
+  return true;
 }
 
-Point2 Homography::Map(Point2 p, Jacobian2* jacobian) const {
-  const double w = 1 / Denominator(p);
-  const Point2 q = Map(p);
-  *jacobian = {(m[0][0] - q.x * m[2][0]) * w, (m[0][1] - q.x * m[2][1]) * w,
-               (m[1][0] - q.y * m[2][0]) * w, (m[1][1] - q.y * m[2][1]) * w};
-  return q;
-}
-
-bool FitHomography(const Point2* from, const Point2* to, int n, Homography* homography) {
-  constexpr int kMaxPoints = 64;
-  Point2 a[kMaxPoints];
-  Point2 b[kMaxPoints];
-  n = std::min(n, kMaxPoints);
-  const Normalization na = Normalize(from, n);
-  const Normalization nb = Normalize(to, n);
+bool FitHomography(const Point2* from, const Point2* to, int n, const Homography& guess,
+                   Homography* homography) {
+  // For the rows h_u, h_v of the map and its denominator (h6, h7, 1): sum over the points of
+  // w |(h_u a - u (h6 x + h7 y + 1), h_v a - v (..))|^2 is least, a = (x, y, 1). Given h6 and h7
+  // both rows are linear fits with the same matrix; they are eliminated. The origin of u and v is
+  // moved among the points: that keeps the digits.
+  const Point2 origin{guess.m[0][2], guess.m[1][2]};
+  Moments plain, times_u, times_v, times_square;
   for (int i = 0; i < n; ++i) {
-    a[i] = na.Apply(from[i]);
-    b[i] = nb.Apply(to[i]);
+    const double denominator = guess.Denominator(from[i]);
+    const double w = 1 / (denominator * denominator);
+    const double u = to[i].x - origin.x;
+    const double v = to[i].y - origin.y;
+    plain.Add(from[i], w);
+    times_u.Add(from[i], w * u);
+    times_v.Add(from[i], w * v);
+    times_square.Add(from[i], w * (u * u + v * v));
   }
-  Vector8 h = Vector8::Zero();
-  const int rounds = n == 4 ? 1 : 2;  // four points are met exactly, whatever the weights
-  for (int round = 0; round < rounds; ++round) {
-    if (!SolveLinear(a, b, n, &h)) return false;
-    for (int i = 0; i < n; ++i) {
-      if (!(h[6] * a[i].x + h[7] * a[i].y + 1 > 1e-6)) return false;
-    }
+  const MomentSolver solver(plain);
+  if (!solver.regular()) return false;
+  const Row u(solver, times_u);
+  const Row v(solver, times_v);
+  const double xx = times_square.xx - DotX(times_u, u.x_slope) - DotX(times_v, v.x_slope);
+  const double xy = times_square.xy - DotX(times_u, u.y_slope) - DotX(times_v, v.y_slope);
+  const double yy = times_square.yy - DotY(times_u, u.y_slope) - DotY(times_v, v.y_slope);
+  const double x = DotX(times_u, u.constant) + DotX(times_v, v.constant) - times_square.x;
+  const double y = DotY(times_u, u.constant) + DotY(times_v, v.constant) - times_square.y;
+  const double det = xx * yy - xy * xy;
+  if (!(xx > kMinPivot * times_square.xx && det > kMinPivot * xx * times_square.yy)) return false;
+  const double h6 = (x * yy - y * xy) / det;
+  const double h7 = (y * xx - x * xy) / det;
+  for (int i = 0; i < n; ++i) {
+    if (!(h6 * from[i].x + h7 * from[i].y + 1 > kMinDenominator)) return false;
   }
-  // Undo the normalisations: H = Nb^-1 H' Na.
-  double rows[3][3];
-  const double hh[3][3] = {{h[0], h[1], h[2]}, {h[3], h[4], h[5]}, {h[6], h[7], 1}};
-  for (int r = 0; r < 3; ++r) {
-    rows[r][0] = hh[r][0] * na.scale;
-    rows[r][1] = hh[r][1] * na.scale;
-    rows[r][2] = hh[r][2] - rows[r][0] * na.cx - rows[r][1] * na.cy;
-  }
-  if (!(rows[2][2] > 0)) return false;
-  for (int c = 0; c < 3; ++c) {
-    homography->m[0][c] = (rows[0][c] / nb.scale + nb.cx * rows[2][c]) / rows[2][2];
-    homography->m[1][c] = (rows[1][c] / nb.scale + nb.cy * rows[2][c]) / rows[2][2];
-    homography->m[2][c] = rows[2][c] / rows[2][2];
-  }
+  const Vector3d ru = u.At(h6, h7);
+  const Vector3d rv = v.At(h6, h7);
+  homography->m = {{{ru.x + origin.x * h6, ru.y + origin.x * h7, ru.one + origin.x},
+                    {rv.x + origin.y * h6, rv.y + origin.y * h7, rv.one + origin.y},
+                    {h6, h7, 1}}};
   return true;
 }
 
 bool Invert(const Homography& homography, Homography* inverse) {
   const Matrix3& m = homography.m;
-  Matrix3 adjugate;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) {
-      const int r1 = (c + 1) % 3, r2 = (c + 2) % 3, c1 = (r + 1) % 3, c2 = (r + 2) % 3;
-      adjugate[r][c] = m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
-    }
-  }
-  const double scale = adjugate[2][2];
+  const double scale = m[0][0] * m[1][1] - m[0][1] * m[1][0];
   if (!(std::abs(scale) > 0)) return false;
-  for (auto& row : adjugate) {
-    for (double& value : row) value /= scale;
-  }
-  inverse->m = adjugate;
+  const double s = 1 / scale;
+  inverse->m = {
+      {{(m[1][1] * m[2][2] - m[1][2] * m[2][1]) * s, (m[0][2] * m[2][1] - m[0][1] * m[2][2]) * s,
+        (m[0][1] * m[1][2] - m[0][2] * m[1][1]) * s},
+       {(m[1][2] * m[2][0] - m[1][0] * m[2][2]) * s, (m[0][0] * m[2][2] - m[0][2] * m[2][0]) * s,
+        (m[0][2] * m[1][0] - m[0][0] * m[1][2]) * s},
+       {(m[1][0] * m[2][1] - m[1][1] * m[2][0]) * s, (m[0][1] * m[2][0] - m[0][0] * m[2][1]) * s,
+        1}}};
   return true;
 }
 
-Point2 TagMap::Pixel(Point2 tag, Jacobian2* jacobian) const {
-  if (!HasLens()) {
-    return jacobian ? ideal.Map(tag, jacobian) : ideal.Map(tag);
-  }
+Point2 TagMap::LensPixel(Point2 tag, Jacobian2* jacobian) const {
   Jacobian2 outer;
   Jacobian2 inner;
   const Point2 p = ideal.Map(tag, &inner);
-  const Point2 pixel =
-      Project(*camera, {(p.x - camera->cx) / camera->fx, (p.y - camera->cy) / camera->fy}, &outer);
-  if (jacobian != nullptr) {
-    for (int r = 0; r < 2; ++r) {
-      for (int c = 0; c < 2; ++c) {
-        (*jacobian)[2 * r + c] =
-            outer[2 * r] / camera->fx * inner[c] + outer[2 * r + 1] / camera->fy * inner[2 + c];
-      }
+  const Point2 normalized{(p.x - camera->cx) / camera->fx, (p.y - camera->cy) / camera->fy};
+  if (jacobian == nullptr) return Project(*camera, normalized);
+  const Point2 pixel = Project(*camera, normalized, &outer);
+  for (size_t r = 0; r < 2; ++r) {
+    for (size_t c = 0; c < 2; ++c) {
+      (*jacobian)[2 * r + c] =
+          outer[2 * r] / camera->fx * inner[c] + outer[2 * r + 1] / camera->fy * inner[2 + c];
     }
   }
   return pixel;

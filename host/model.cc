@@ -1,3 +1,7 @@
+#include "host/model.h"
+
+#include <array>
+
 #include "topotag/marker.h"
 
 namespace topotag {
@@ -5,20 +9,36 @@ namespace {
 
 constexpr double kPitch = 4;  // units
 constexpr double kBaselineStep = 2;
+constexpr int kFamilies = Family::kMaxN - Family::kMinN + 1;
+
+using Vertices = std::array<Point2, kMaxVertices>;
+
+constexpr std::array<Vertices, kFamilies> MakeTables() {
+  std::array<Vertices, kFamilies> tables{};
+  for (int n = Family::kMinN; n <= Family::kMaxN; ++n) {
+    Vertices& table = tables[static_cast<size_t>(n - Family::kMinN)];
+    const double first = -kPitch / 2 * (n - 1);
+    for (int i = 0; i < n * n; ++i) {
+      table[static_cast<size_t>(i)] = {first + kPitch * (i % n), first + kPitch * (i / n)};
+    }
+    table[1] = {first + kBaselineStep, first};
+  }
+  return tables;
+}
+
+constexpr std::array<Vertices, kFamilies> kTables = MakeTables();
 
 }  // namespace
 
-Point2 ModelVertex(Family family, int i) {
-  const int n = family.n();
-  const double first = -kPitch / 2 * (n - 1);
-  if (i == 1) return {first + kBaselineStep, first};
-  return {first + kPitch * (i % n), first + kPitch * (i / n)};
+const Point2* ModelTable(Family family) {
+  return kTables[static_cast<size_t>(family.n() - Family::kMinN)].data();
 }
 
+Point2 ModelVertex(Family family, int i) { return ModelTable(family)[i]; }
+
 std::vector<Point2> ModelVertices(Family family) {
-  std::vector<Point2> vertices;
-  for (int i = 0; i < family.vertex_count(); ++i) vertices.push_back(ModelVertex(family, i));
-  return vertices;
+  const Point2* table = ModelTable(family);
+  return {table, table + family.vertex_count()};
 }
 
 bool IdBit(Family family, uint64_t id, int vertex) {

@@ -1,218 +1,390 @@
 #include "host/pose.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
+#include "host/model.h"
 #include "host/vertices.h"
-#include "topotag/marker.h"
 
 namespace topotag {
 namespace {
 
-using Eigen::Matrix2d;
-using Eigen::Matrix3d;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-
 constexpr int kMaxIterations = 12;
-constexpr double kStop = 1e-4;          // pixels of predicted improvement of the error's norm
+// A solution is done where the next step would improve the error's norm by less than this.
+constexpr double kStop = 1e-4;  // pixels
+// The other solution is done where its cost would fall by less than this part, and stays several
+// times the better one's.
+constexpr double kRoughStop = 1e-3;
+constexpr double kRoughRatio = 4;
 constexpr double kMinSigma = 0.01;      // of one vertex coordinate, pixels: floor of the covariance
 constexpr double kSameRotation = 2e-3;  // rad: solutions this close are one
 constexpr double kMinDepth = 1e-9;
 
-// x_camera = R x_tag + t, lengths in units.
+double Dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+template <typename T>
+std::array<T, 3> Cross(const std::array<T, 3>& a, const std::array<T, 3>& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Vector3 Scaled(const Vector3& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }
+
+// x_camera = x p.x + y p.y + t for the tag's point p; lengths in units. x and y are the first two
+// columns of the rotation.
 struct Rigid {
-  Matrix3d R;
-  Vector3d t;
+  Vector3 x, y, t;
 };
 
 struct Problem {
   const Camera& camera;
   int count;
-  std::array<Point2, kMaxVertices> model;
+  const Point2* model;
   const VertexList& vertices;
 };
 
-// Translation that best projects the model under R: linear least squares in normalised
-// coordinates of the homography.
-Vector3d SolveTranslation(const Problem& problem, const Homography& normalized, const Matrix3d& R) {
-  Matrix3d normal = Matrix3d::Zero();
-  Vector3d right = Vector3d::Zero();
-  for (int i = 0; i < problem.count; ++i) {
-    const Point2 p = problem.model[static_cast<size_t>(i)];
-    const Point2 q = normalized.Map(p);
-    const Vector3d x = R.col(0) * p.x + R.col(1) * p.y;
-    // t_x - q.x t_z = q.x x_z - x_x, and the same for y.
-    const Vector3d rows[2] = {{1, 0, -q.x}, {0, 1, -q.y}};
-    const double values[2] = {q.x * x.z() - x.x(), q.y * x.z() - x.y()};
-    for (int k = 0; k < 2; ++k) {
-      normal += rows[k] * rows[k].transpose();
-      right += rows[k] * values[k];
-    }
-  }
-  return normal.ldlt().solve(right);
+// The columns made a rotation's again: the nearest direction of x, y perpendicular to it.
+void Orthonormalize(Rigid* pose) {
+  pose->x = Scaled(pose->x, 1 / std::sqrt(Dot(pose->x, pose->x)));
+  const double along = Dot(pose->x, pose->y);
+  for (size_t i = 0; i < 3; ++i) pose->y[i] -= along * pose->x[i];
+  pose->y = Scaled(pose->y, 1 / std::sqrt(Dot(pose->y, pose->y)));
 }
 
-// Rotation that takes the z axis to the direction of (v, 1), about an axis in the image plane.
-Matrix3d RotationToRay(const Vector2d& v) {
-  const Vector3d ray = Vector3d(v.x(), v.y(), 1).normalized();
-  Matrix3d k;  // cross product with z x ray
-  k << 0, 0, ray.x(), 0, 0, ray.y(), -ray.x(), -ray.y(), 0;
-  return Matrix3d::Identity() + k + k * k / (1 + ray.z());
-}
-
-// The two rotations of infinitesimal plane-based pose estimation at the model's origin.
-bool PlanarRotations(const Homography& normalized, Matrix3d rotations[2]) {
-  Jacobian2 jacobian;
-  const Point2 center = normalized.Map({0, 0}, &jacobian);
-  const Vector2d v(center.x, center.y);
-  const Matrix3d Rv = RotationToRay(v);
-  Matrix2d J;
-  J << jacobian[0], jacobian[1], jacobian[2], jacobian[3];
-  const Matrix2d B = Rv.topLeftCorner<2, 2>() - v * Rv.row(2).head<2>();
-  const Matrix2d A = B.inverse() * J;
-  // The larger singular value of A is the scale 1 / depth.
-  const Matrix2d AAt = A * A.transpose();
-  const double trace = AAt.trace();
-  const double det = AAt.determinant();
-  const double gamma = std::sqrt((trace + std::sqrt(std::max(trace * trace - 4 * det, 0.0))) / 2);
+// The two poses of infinitesimal plane-based pose estimation at the model's origin.
+bool PlanarPoses(const Homography& normalized, Rigid poses[2]) {
+  Jacobian2 j;
+  const Point2 v = normalized.Map({0, 0}, &j);
+  // Rotation Rv that takes the z axis to the ray of the origin, about an axis in the image plane.
+  const double length = std::sqrt(v.x * v.x + v.y * v.y + 1);
+  const Vector3 ray{v.x / length, v.y / length, 1 / length};
+  const double k = 1 / (1 + ray[2]);
+  const Matrix3 rv{{{1 - ray[0] * ray[0] * k, -ray[0] * ray[1] * k, ray[0]},
+                    {-ray[0] * ray[1] * k, 1 - ray[1] * ray[1] * k, ray[1]},
+                    {-ray[0], -ray[1], ray[2]}}};
+  // A = B^-1 J, B the image of the rotated plane's axes. Its larger singular value is 1 / depth.
+  const double b00 = rv[0][0] - v.x * rv[2][0], b01 = rv[0][1] - v.x * rv[2][1];
+  const double b10 = rv[1][0] - v.y * rv[2][0], b11 = rv[1][1] - v.y * rv[2][1];
+  const double inverse = 1 / (b00 * b11 - b01 * b10);
+  const double a00 = (b11 * j[0] - b01 * j[2]) * inverse, a01 = (b11 * j[1] - b01 * j[3]) * inverse;
+  const double a10 = (b00 * j[2] - b10 * j[0]) * inverse, a11 = (b00 * j[3] - b10 * j[1]) * inverse;
+  const double trace = a00 * a00 + a01 * a01 + a10 * a10 + a11 * a11;
+  const double det = a00 * a11 - a01 * a10;
+  const double gamma =
+      std::sqrt((trace + std::sqrt(std::max(trace * trace - 4 * det * det, 0.0))) / 2);
   if (!(gamma > 0) || !std::isfinite(gamma)) return false;
-  const Matrix2d R22 = A / gamma;
-  const Matrix2d rest = Matrix2d::Identity() - R22.transpose() * R22;
-  const double b0 = std::sqrt(std::max(rest(0, 0), 0.0));
-  const double b1 = std::copysign(std::sqrt(std::max(rest(1, 1), 0.0)), rest(0, 1));
-  for (int k = 0; k < 2; ++k) {
-    const double sign = k == 0 ? 1 : -1;
-    const Vector3d c0(R22(0, 0), R22(1, 0), sign * b0);
-    const Vector3d c1(R22(0, 1), R22(1, 1), sign * b1);
-    Matrix3d R;
-    R << c0, c1, c0.cross(c1);
-    // Noise leaves the columns slightly off a rotation.
-    rotations[k] = Eigen::Quaterniond(Rv * R).normalized().toRotationMatrix();
+  const double depth = 1 / gamma;
+  const double r00 = a00 * depth, r01 = a01 * depth, r10 = a10 * depth, r11 = a11 * depth;
+  const double c0 = std::sqrt(std::max(1 - r00 * r00 - r10 * r10, 0.0));
+  const double c1 =
+      std::copysign(std::sqrt(std::max(1 - r01 * r01 - r11 * r11, 0.0)), -(r00 * r01 + r10 * r11));
+  for (int s = 0; s < 2; ++s) {
+    const double sign = s == 0 ? 1 : -1;
+    const Vector3 x{r00, r10, sign * c0};
+    const Vector3 y{r01, r11, sign * c1};
+    poses[s] = {{Dot(rv[0], x), Dot(rv[1], x), Dot(rv[2], x)},
+                {Dot(rv[0], y), Dot(rv[1], y), Dot(rv[2], y)},
+                {v.x * depth, v.y * depth, depth}};
+    Orthonormalize(&poses[s]);
   }
   return true;
 }
 
-// Sum of weighted squared reprojection errors, and with `normal` its Gauss-Newton system for
-// (w, dt): R' = exp(w) R, t' = t + dt. Infinite where a vertex is not in front of the camera.
-double Evaluate(const Problem& problem, const Rigid& pose, Matrix6d* normal, Vector6d* gradient) {
-  double cost = 0;
-  if (normal != nullptr) {
-    normal->setZero();
-    gradient->setZero();
+// Two vertices at a time, in each lane the same operations as for one.
+using Pair = double __attribute__((vector_size(2 * sizeof(double))));
+
+// Symmetric 3 x 3 matrix.
+template <typename T>
+struct Symmetric3 {
+  T xx, xy, xz, yy, yz, zz;
+
+  std::array<T, 3> operator*(const std::array<T, 3>& v) const {
+    return {xx * v[0] + xy * v[1] + xz * v[2], xy * v[0] + yy * v[1] + yz * v[2],
+            xz * v[0] + yz * v[1] + zz * v[2]};
   }
-  for (int i = 0; i < problem.count; ++i) {
-    const Point2 p = problem.model[static_cast<size_t>(i)];
-    const Vector3d rotated = pose.R.col(0) * p.x + pose.R.col(1) * p.y;
-    const Vector3d x = rotated + pose.t;
-    if (!(x.z() > kMinDepth)) return INFINITY;
-    const double iz = 1 / x.z();
-    const Point2 normalized{x.x() * iz, x.y() * iz};
-    Jacobian2 lens;
-    const Point2 pixel = Project(problem.camera, normalized, normal != nullptr ? &lens : nullptr);
-    const double error[2] = {pixel.x - problem.vertices[i].x, pixel.y - problem.vertices[i].y};
-    const double weight = i < 2 ? kBaselineWeight : 1;
-    cost += weight * (error[0] * error[0] + error[1] * error[1]);
-    if (normal == nullptr) continue;
-    for (int k = 0; k < 2; ++k) {
-      // d pixel / d x_camera; then d x_camera / d w = -[rotated]_x, d x_camera / d dt = I.
-      const Vector3d d(lens[2 * k] * iz, lens[2 * k + 1] * iz,
-                       -(lens[2 * k] * normalized.x + lens[2 * k + 1] * normalized.y) * iz);
-      Vector6d row;
-      row << rotated.cross(d), d;
-      *gradient += (weight * error[k]) * row;
-      for (int r = 0; r < 6; ++r) {
-        const double scaled = weight * row[r];
-        for (int c = 0; c <= r; ++c) (*normal)(r, c) += scaled * row[c];
-      }
+  Symmetric3 Inverse() const {
+    const T a = yy * zz - yz * yz, b = xz * yz - xy * zz, c = xy * yz - xz * yy;
+    const T s = 1 / (xx * a + xy * b + xz * c);
+    return {a * s,
+            b * s,
+            c * s,
+            (xx * zz - xz * xz) * s,
+            (xy * xz - xx * yz) * s,
+            (xx * yy - xy * xy) * s};
+  }
+};
+
+// Gauss-Newton system of the weighted reprojection errors for (w, dt): R' = exp(w) R, t' = t + dt.
+template <typename T>
+struct Equations {
+  T cost;     ///< sum of weighted squares; infinite with a vertex behind the camera
+  T squares;  ///< the same without weights
+  Symmetric3<T> rotation, translation;
+  std::array<std::array<T, 3>, 3> mixed;  ///< rows: w, columns: dt
+  std::array<T, 3> rotation_gradient, translation_gradient;
+
+  // Adds a point of the marker, rotated to the camera's axes: the matrix m and the gradient g of
+  // its errors' squares by its place in the camera. d place / d w = -[rotated]_x.
+  void Add(const std::array<T, 3>& p, const Symmetric3<T>& m, const std::array<T, 3>& g) {
+    translation.xx += m.xx;
+    translation.xy += m.xy;
+    translation.xz += m.xz;
+    translation.yy += m.yy;
+    translation.yz += m.yz;
+    translation.zz += m.zz;
+    const std::array<T, 3> columns[3] = {Cross<T>(p, {m.xx, m.xy, m.xz}),
+                                         Cross<T>(p, {m.xy, m.yy, m.yz}),
+                                         Cross<T>(p, {m.xz, m.yz, m.zz})};
+    const std::array<T, 3> turned = Cross(p, g);
+    for (size_t i = 0; i < 3; ++i) {
+      for (size_t k = 0; k < 3; ++k) mixed[i][k] += columns[k][i];
+      translation_gradient[i] += g[i];
+      rotation_gradient[i] += turned[i];
+    }
+    rotation.xx += p[1] * columns[2][0] - p[2] * columns[1][0];
+    rotation.xy += p[2] * columns[0][0] - p[0] * columns[2][0];
+    rotation.xz += p[0] * columns[1][0] - p[1] * columns[0][0];
+    rotation.yy += p[2] * columns[0][1] - p[0] * columns[2][1];
+    rotation.yz += p[0] * columns[1][1] - p[1] * columns[0][1];
+    rotation.zz += p[0] * columns[1][2] - p[1] * columns[0][2];
+  }
+};
+
+using System = Equations<double>;
+
+System Sum(const Equations<Pair>& pairs) {
+  static_assert(sizeof(Equations<Pair>) == 2 * sizeof(System));
+  constexpr size_t kValues = sizeof(System) / sizeof(double);
+  std::array<Pair, kValues> in;
+  std::array<double, kValues> out;
+  std::memcpy(in.data(), &pairs, sizeof(pairs));
+  for (size_t i = 0; i < kValues; ++i) out[i] = in[i][0] + in[i][1];
+  System sum;
+  std::memcpy(&sum, out.data(), sizeof(sum));
+  return sum;
+}
+
+// Pixels of a pair of normalised points, and their derivatives (row-major).
+template <bool kLens>
+void ProjectPair(const Camera& camera, Pair x, Pair y, Pair pixel[2], Pair jacobian[4]) {
+  if (!kLens) {
+    pixel[0] = camera.fx * x + camera.cx;
+    pixel[1] = camera.fy * y + camera.cy;
+    jacobian[0] = Pair{camera.fx, camera.fx};
+    jacobian[3] = Pair{camera.fy, camera.fy};
+    return;
+  }
+  for (int lane = 0; lane < 2; ++lane) {
+    Jacobian2 j;
+    const Point2 p = Project(camera, {x[lane], y[lane]}, &j);
+    pixel[0][lane] = p.x;
+    pixel[1][lane] = p.y;
+    for (size_t k = 0; k < 4; ++k) jacobian[k][lane] = j[k];
+  }
+}
+
+template <bool kLens>
+System Evaluate(const Problem& problem, const Rigid& pose) {
+  Equations<Pair> sums{};
+  Pair nearest = {INFINITY, INFINITY};
+  for (int i = 0; i < problem.count; i += 2) {
+    const int second = i + 1 < problem.count ? i + 1 : i;  // an odd last vertex: no weight
+    const Point2 p[2] = {problem.model[i], problem.model[second]};
+    const Pair px = {p[0].x, p[1].x};
+    const Pair py = {p[0].y, p[1].y};
+    const std::array<Pair, 3> rotated{pose.x[0] * px + pose.y[0] * py,
+                                      pose.x[1] * px + pose.y[1] * py,
+                                      pose.x[2] * px + pose.y[2] * py};
+    const Pair z = rotated[2] + pose.t[2];
+    nearest = z < nearest ? z : nearest;
+    const Pair iz = 1 / z;
+    const Pair qx = (rotated[0] + pose.t[0]) * iz;
+    const Pair qy = (rotated[1] + pose.t[1]) * iz;
+    Pair pixel[2];
+    Pair j[4];
+    ProjectPair<kLens>(problem.camera, qx, qy, pixel, j);
+    const Pair ex = pixel[0] - Pair{problem.vertices[i].x, problem.vertices[second].x};
+    const Pair ey = pixel[1] - Pair{problem.vertices[i].y, problem.vertices[second].y};
+    const double first_weight = i == 0 ? kBaselineWeight : 1;  // p1 and p2 are one pair
+    const Pair weight = {first_weight, second == i ? 0 : first_weight};
+    const Pair once = {1, second == i ? 0.0 : 1.0};
+    const Pair squares = ex * ex + ey * ey;
+    sums.cost += weight * squares;
+    sums.squares += once * squares;
+    // Derivatives of the pixel by the place in the camera: (a, b, -(a, b) q) / z for each row.
+    const Pair w = weight * iz;
+    const Pair w2 = w * iz;
+    Symmetric3<Pair> m;
+    std::array<Pair, 3> g;
+    if (kLens) {
+      m.xx = w2 * (j[0] * j[0] + j[2] * j[2]);
+      m.xy = w2 * (j[0] * j[1] + j[2] * j[3]);
+      m.yy = w2 * (j[1] * j[1] + j[3] * j[3]);
+      m.xz = -(m.xx * qx + m.xy * qy);
+      m.yz = -(m.xy * qx + m.yy * qy);
+      g[0] = w * (j[0] * ex + j[2] * ey);
+      g[1] = w * (j[1] * ex + j[3] * ey);
+    } else {
+      m.xx = w2 * (j[0] * j[0]);
+      m.xy = Pair{};
+      m.yy = w2 * (j[3] * j[3]);
+      m.xz = -(m.xx * qx);
+      m.yz = -(m.yy * qy);
+      g[0] = w * (j[0] * ex);
+      g[1] = w * (j[3] * ey);
+    }
+    m.zz = -(m.xz * qx + m.yz * qy);
+    g[2] = -(g[0] * qx + g[1] * qy);
+    sums.Add(rotated, m, g);
+  }
+  System system = Sum(sums);
+  if (!(nearest[0] > kMinDepth && nearest[1] > kMinDepth)) system.cost = INFINITY;
+  return system;
+}
+
+System Evaluate(const Problem& problem, const Rigid& pose) {
+  return problem.camera.model == DistortionModel::kNone ? Evaluate<false>(problem, pose)
+                                                        : Evaluate<true>(problem, pose);
+}
+
+// A system's matrix with the translation eliminated.
+struct Eliminated {
+  // @param damping  the diagonal grows by this part
+  Eliminated(const System& system, double damping) {
+    Symmetric3<double> c = system.translation;
+    Symmetric3<double> a = system.rotation;
+    for (double* value : {&c.xx, &c.yy, &c.zz, &a.xx, &a.yy, &a.zz}) *value *= 1 + damping;
+    translation = c.Inverse();
+    const Matrix3& b = system.mixed;
+    for (size_t i = 0; i < 3; ++i) gain[i] = translation * b[i];
+    a.xx -= Dot(gain[0], b[0]);
+    a.xy -= Dot(gain[0], b[1]);
+    a.xz -= Dot(gain[0], b[2]);
+    a.yy -= Dot(gain[1], b[1]);
+    a.yz -= Dot(gain[1], b[2]);
+    a.zz -= Dot(gain[2], b[2]);
+    rotation = a.Inverse();
+  }
+
+  Symmetric3<double> rotation;     ///< covariance of w
+  Symmetric3<double> translation;  ///< covariance of dt at a known w
+  Matrix3 gain;                    ///< rows: w; dt changes by -gain' w
+};
+
+struct Step {
+  Vector3 w, dt;
+  double gain;  ///< expected fall of the cost
+};
+
+Step Solve(const System& system, double damping) {
+  const Eliminated e(system, damping);
+  const Vector3& g = system.rotation_gradient;
+  const Vector3& h = system.translation_gradient;
+  Step step;
+  step.w = e.rotation *
+           Vector3{Dot(e.gain[0], h) - g[0], Dot(e.gain[1], h) - g[1], Dot(e.gain[2], h) - g[2]};
+  step.dt = e.translation * Scaled(h, -1);
+  for (size_t k = 0; k < 3; ++k) {
+    for (size_t i = 0; i < 3; ++i) step.dt[k] -= e.gain[i][k] * step.w[i];
+  }
+  step.gain = -Dot(g, step.w) - Dot(h, step.dt);
+  return step;
+}
+
+// The pose after a step; the rotation by w is that of the quaternion (1, w / 2), which is exp(w) to
+// second order.
+Rigid Apply(const Rigid& pose, const Step& step) {
+  const Vector3 half = Scaled(step.w, 0.5);
+  const double scale = 2 / (1 + Dot(half, half));
+  const auto rotate = [&](const Vector3& v) {
+    const Vector3 once = Cross(half, v);
+    const Vector3 twice = Cross(half, once);
+    return Vector3{v[0] + scale * (once[0] + twice[0]), v[1] + scale * (once[1] + twice[1]),
+                   v[2] + scale * (once[2] + twice[2])};
+  };
+  return {rotate(pose.x),
+          rotate(pose.y),
+          {pose.t[0] + step.dt[0], pose.t[1] + step.dt[1], pose.t[2] + step.dt[2]}};
+}
+
+struct Solution {
+  Rigid pose;
+  System system;
+};
+
+// Levenberg-Marquardt.
+// @param better  cost of the other solution, if it is known to be the better one, else infinite
+void Refine(const Problem& problem, double better, Solution* solution) {
+  double damping = 1e-6;
+  for (int i = 0; i < kMaxIterations && std::isfinite(solution->system.cost); ++i) {
+    const double cost = solution->system.cost;
+    const Step step = Solve(solution->system, damping);
+    if (!(step.gain > kStop * kStop) ||
+        (step.gain < kRoughStop * cost && cost > kRoughRatio * better)) {
+      break;
+    }
+    const Rigid next = Apply(solution->pose, step);
+    const System system = Evaluate(problem, next);
+    if (system.cost < cost) {
+      *solution = {next, system};
+      damping /= 10;
+    } else {
+      damping = std::max(damping * 10, 1e-3);
     }
   }
-  return cost;
+  Orthonormalize(&solution->pose);
 }
 
-Matrix3d Exp(const Vector3d& w) {
-  const double angle = w.norm();
-  if (angle < 1e-12) return Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
-}
-
-// Levenberg-Marquardt; returns the final cost.
-double Refine(const Problem& problem, Rigid* pose) {
-  Matrix6d normal;
-  Vector6d gradient;
-  double cost = Evaluate(problem, *pose, &normal, &gradient);
-  double lambda = 1e-6;
-  for (int iteration = 0; iteration < kMaxIterations && std::isfinite(cost); ++iteration) {
-    Matrix6d damped = normal;
-    damped.diagonal() *= 1 + lambda;
-    const Vector6d step = damped.ldlt().solve(-gradient);
-    if (!step.allFinite()) break;
-    Rigid next{Exp(step.head<3>()) * pose->R, pose->t + step.tail<3>()};
-    Matrix6d next_normal;
-    Vector6d next_gradient;
-    const double next_cost = Evaluate(problem, next, &next_normal, &next_gradient);
-    if (!(next_cost < cost)) {
-      if (-gradient.dot(step) <= kStop * kStop) break;
-      lambda = std::max(lambda * 10, 1e-3);
-      continue;
-    }
-    const double gain = cost - next_cost;
-    *pose = next;
-    normal = next_normal;
-    gradient = next_gradient;
-    cost = next_cost;
-    lambda /= 10;
-    if (gain <= kStop * kStop) break;
-  }
-  pose->R = Eigen::Quaterniond(pose->R).normalized().toRotationMatrix();
-  return cost;
-}
-
-PoseSolution ToSolution(const Problem& problem, const Rigid& pose, double unit) {
-  PoseSolution solution;
-  for (size_t r = 0; r < 3; ++r) {
-    for (size_t c = 0; c < 3; ++c)
-      solution.R[r][c] = pose.R(static_cast<int>(r), static_cast<int>(c));
-    solution.t[r] = pose.t[static_cast<int>(r)] * unit;
-  }
-  double sum = 0;
-  for (int i = 0; i < problem.count; ++i) {
-    const Point2 p = problem.model[static_cast<size_t>(i)];
-    const Vector3d x = pose.R.col(0) * p.x + pose.R.col(1) * p.y + pose.t;
-    const Point2 pixel = Project(problem.camera, {x.x() / x.z(), x.y() / x.z()});
-    const double dx = pixel.x - problem.vertices[i].x;
-    const double dy = pixel.y - problem.vertices[i].y;
-    sum += dx * dx + dy * dy;
-  }
-  solution.rms_px = std::sqrt(sum / problem.count);
-  return solution;
+PoseSolution ToSolution(const Problem& problem, const Solution& solution, double unit) {
+  const Rigid& pose = solution.pose;
+  const Vector3 z = Cross(pose.x, pose.y);
+  PoseSolution result;
+  for (size_t r = 0; r < 3; ++r) result.R[r] = {pose.x[r], pose.y[r], z[r]};
+  result.t = Scaled(pose.t, unit);
+  result.rms_px = std::sqrt(solution.system.squares / problem.count);
+  return result;
 }
 
 // Variance of a vertex coordinate from the residuals, times the inverse of the normal matrix;
 // translation rows and columns in metres.
-Matrix6 Covariance(const Problem& problem, const Rigid& pose, double unit) {
-  Matrix6d normal;
-  Vector6d gradient;
-  const double cost = Evaluate(problem, pose, &normal, &gradient);
-  const double variance = std::max(cost / (2 * problem.count - 6), kMinSigma * kMinSigma);
-  const Matrix6d inverse =
-      normal.selfadjointView<Eigen::Lower>().ldlt().solve(Matrix6d::Identity());
+Matrix6 Covariance(const Problem& problem, const System& system, double unit) {
+  const double variance = std::max(system.cost / (2 * problem.count - 6), kMinSigma * kMinSigma);
+  const Eliminated e(system, 0);
+  const Symmetric3<double>& s = e.rotation;
+  const Symmetric3<double>& c = e.translation;
+  const Matrix3 rotation{{{s.xx, s.xy, s.xz}, {s.xy, s.yy, s.yz}, {s.xz, s.yz, s.zz}}};
+  const Matrix3 translation{{{c.xx, c.xy, c.xz}, {c.xy, c.yy, c.yz}, {c.xz, c.yz, c.zz}}};
   Matrix6 covariance;
-  for (size_t r = 0; r < 6; ++r) {
-    for (size_t c = 0; c < 6; ++c) {
-      // Mean of both triangles: exactly symmetric whatever the rounding.
-      const double value = 0.5 * (inverse(static_cast<int>(r), static_cast<int>(c)) +
-                                  inverse(static_cast<int>(c), static_cast<int>(r)));
-      covariance[r][c] = variance * value * (r < 3 ? 1 : unit) * (c < 3 ? 1 : unit);
+  Matrix3 mixed{};  // of w and dt: -rotation gain
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t k = 0; k < 3; ++k) {
+      for (size_t m = 0; m < 3; ++m) mixed[i][k] -= rotation[i][m] * e.gain[m][k];
+      covariance[i][k] = variance * rotation[i][k];
+      covariance[i][k + 3] = covariance[k + 3][i] = variance * mixed[i][k] * unit;
+    }
+  }
+  for (size_t i = 0; i < 3; ++i) {
+    for (size_t k = 0; k <= i; ++k) {
+      double value = translation[i][k];
+      for (size_t m = 0; m < 3; ++m) value -= e.gain[m][i] * mixed[m][k];
+      covariance[i + 3][k + 3] = covariance[k + 3][i + 3] = variance * value * unit * unit;
     }
   }
   return covariance;
+}
+
+// The sine of half the angle between two rotations is that of 8 squares' sum.
+bool IsSameRotation(const Rigid& a, const Rigid& b) {
+  const Vector3 az = Cross(a.x, a.y);
+  const Vector3 bz = Cross(b.x, b.y);
+  double sum = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    const double x = a.x[i] - b.x[i], y = a.y[i] - b.y[i], z = az[i] - bz[i];
+    sum += x * x + y * y + z * z;
+  }
+  // 8 sin^2(angle / 2), here 2 angle^2.
+  return sum <= 2 * kSameRotation * kSameRotation;
 }
 
 Homography ToNormalized(const Homography& map, const Camera& camera) {
@@ -228,30 +400,23 @@ Homography ToNormalized(const Homography& map, const Camera& camera) {
 
 bool EstimatePose(Family family, const VertexList& vertices, const Homography& map,
                   const Camera& camera, double tag_size, Pose* pose) {
-  Problem problem{camera, family.vertex_count(), {}, vertices};
-  for (int i = 0; i < problem.count; ++i) {
-    problem.model[static_cast<size_t>(i)] = ModelVertex(family, i);
-  }
-  const Homography normalized = ToNormalized(map, camera);
-  Matrix3d rotations[2];
-  if (!PlanarRotations(normalized, rotations)) return false;
-  Rigid solution[2];
-  double cost[2];
-  for (int k = 0; k < 2; ++k) {
-    solution[k] = {rotations[k], SolveTranslation(problem, normalized, rotations[k])};
-    cost[k] = Refine(problem, &solution[k]);
-  }
-  const int best = cost[0] <= cost[1] ? 0 : 1;
-  const int other = 1 - best;
-  if (!std::isfinite(cost[best])) return false;
+  const Problem problem{camera, family.vertex_count(), ModelTable(family), vertices};
+  Rigid start[2];
+  if (!PlanarPoses(ToNormalized(map, camera), start)) return false;
+  Solution best{start[0], Evaluate(problem, start[0])};
+  Solution other{start[1], Evaluate(problem, start[1])};
+  if (other.system.cost < best.system.cost) std::swap(best, other);
+  Refine(problem, INFINITY, &best);
+  Refine(problem, best.system.cost, &other);
+  if (other.system.cost < best.system.cost) std::swap(best, other);
+  if (!std::isfinite(best.system.cost)) return false;
 
   const double unit = tag_size / family.white_side();
-  static_cast<PoseSolution&>(*pose) = ToSolution(problem, solution[best], unit);
-  pose->covariance = Covariance(problem, solution[best], unit);
+  static_cast<PoseSolution&>(*pose) = ToSolution(problem, best, unit);
+  pose->covariance = Covariance(problem, best.system, unit);
   pose->alternative.reset();
-  const double angle = Eigen::AngleAxisd(solution[best].R.transpose() * solution[other].R).angle();
-  if (std::isfinite(cost[other]) && angle > kSameRotation) {
-    pose->alternative = ToSolution(problem, solution[other], unit);
+  if (std::isfinite(other.system.cost) && !IsSameRotation(best.pose, other.pose)) {
+    pose->alternative = ToSolution(problem, other, unit);
   }
   return true;
 }

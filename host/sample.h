@@ -2,7 +2,10 @@
 #define TOPOTAG_HOST_SAMPLE_H_
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 
+#include "host/centroid.h"
 #include "host/homography.h"
 #include "topotag/image.h"
 
@@ -26,49 +29,79 @@ inline double Bilinear(const ImageView& image, Point2 p) {
 
 /// A tag map linearised at a point: pixel = center + j * (units from the point).
 struct LocalMap {
+  LocalMap() = default;
   LocalMap(const TagMap& map, Point2 tag) : center(map.Pixel(tag, &j)) {}
 
-  Point2 At(Point2 offset) const {
-    return {center.x + j[0] * offset.x + j[1] * offset.y,
-            center.y + j[2] * offset.x + j[3] * offset.y};
-  }
   double Determinant() const { return j[0] * j[3] - j[1] * j[2]; }
 
   Jacobian2 j;
   Point2 center;
 };
 
-/// White or black that varies linearly: grey level at a point, and its change per unit of u and v.
-struct Shade {
-  double level = 0;
-  Point2 gradient;
+/// Grey levels of a node: of the gap around it, with its change per unit of u and v, and of its
+/// body. Single precision is a thousandth of what noise does to them.
+struct NodeLevels {
+  float white = 0;
+  float white_u = 0, white_v = 0;
+  float black = 0;
 };
 
-/// Least-squares plane through the grey levels on the outline of the rectangle with half sides
-/// `half`, in units, around the centre.
-inline Shade RingShade(const ImageView& image, const LocalMap& map, Point2 half) {
-  constexpr int kPerSide = 6;
-  double sum = 0;
-  Point2 moment;
-  Point2 square;
-  for (int i = 0; i < kPerSide; ++i) {
-    const double along = (2.0 * i + 1) / kPerSide - 1;
-    const double x = half.x * along;
-    const double y = half.y * along;
-    // The four points are symmetric to the centre in pairs: mean and gradient are independent.
-    for (const Point2 p : {Point2{x, -half.y}, {half.x, y}, {-x, half.y}, {-half.x, -y}}) {
-      const double grey = Bilinear(image, map.At(p));
-      sum += grey;
-      moment = {moment.x + grey * p.x, moment.y + grey * p.y};
-      square = {square.x + p.x * p.x, square.y + p.y * p.y};
-    }
-  }
-  return {sum / (4 * kPerSide), {moment.x / square.x, moment.y / square.y}};
-}
+/// Nodes from this many pixels a square unit on are fine: the gradient of their gaps' white is
+/// trusted, not only its level (host/vertices.cc), and there is room for three outlines in the gap.
+inline constexpr double kFineArea = 64;
+inline constexpr double kFineStep = 0.2;  // units from one of these outlines to the next
 
-/// Mean grey level on that outline.
-inline double RingLevel(const ImageView& image, const LocalMap& map, Point2 half) {
-  return RingShade(image, map, half).level;
+/// Least-squares plane through the grey levels on the outline of the rectangle with half sides
+/// `gap`, in units, around the centre, and their mean on that with half sides `body`. All are 0
+/// where the node is too large for a number of 32 bits or nowhere near the image.
+inline NodeLevels MeasureLevels(const ImageView& image, const LocalMap& map, Point2 gap,
+                                Point2 body) {
+  constexpr double kOne = 1 << kRingShift;
+  const Jacobian2& j = map.j;
+  const double reach =
+      (std::abs(j[0]) + std::abs(j[2])) * gap.x + (std::abs(j[1]) + std::abs(j[3])) * gap.y;
+  if (!(reach < kMaxImageSide / 4 && std::abs(map.center.x) < kMaxImageSide &&
+        std::abs(map.center.y) < kMaxImageSide)) {
+    return {};
+  }
+  const auto fixed = [](double pixels) { return static_cast<int32_t>(pixels * kOne); };
+  const auto ring = [&](Point2 half) {
+    const double x = half.x / 4;
+    const double y = half.y / 4;
+    return Ring{fixed(j[0] * x), fixed(j[2] * x), fixed(j[1] * y), fixed(j[3] * y)};
+  };
+  const int32_t x = fixed(map.center.x);
+  const int32_t y = fixed(map.center.y);
+  RingSums sums[2];
+  const Ring rings[2] = {ring(gap), ring(body)};
+  SumRings(image, x, y, rings, sums);
+  const double black = sums[1].sum;
+  double white = sums[0].sum;
+  int outlines = 1;
+  // Sums of the levels times their place and of the squared places, in units. 168 is the sum of the
+  // squares of a, and of b, which are in 4ths of a half side; the points are symmetric to the
+  // centre in pairs, so that mean and gradient are independent.
+  Point2 moment{sums[0].a * gap.x / 4, sums[0].b * gap.y / 4};
+  Point2 square{gap.x * gap.x * 168 / 16, gap.y * gap.y * 168 / 16};
+  if (std::abs(map.Determinant()) >= kFineArea) {
+    const Point2 half[2] = {{gap.x - kFineStep, gap.y - kFineStep},
+                            {gap.x + kFineStep, gap.y + kFineStep}};
+    const Ring beside[2] = {ring(half[0]), ring(half[1])};
+    SumRings(image, x, y, beside, sums);
+    for (int i = 0; i < 2; ++i) {
+      white += sums[i].sum;
+      moment.x += sums[i].a * half[i].x / 4;
+      moment.y += sums[i].b * half[i].y / 4;
+      square.x += half[i].x * half[i].x * 168 / 16;
+      square.y += half[i].y * half[i].y * 168 / 16;
+    }
+    outlines = 3;
+  }
+  constexpr double kLevel = 1.0 / 256;
+  return {static_cast<float>(white * kLevel / (kRingPoints * outlines)),
+          static_cast<float>(moment.x * kLevel / square.x),
+          static_cast<float>(moment.y * kLevel / square.y),
+          static_cast<float>(black * kLevel / kRingPoints)};
 }
 
 }  // namespace topotag

@@ -23,9 +23,10 @@ std::vector<Rect> Boxes(const std::vector<WhiteArea>& areas) {
 DetectorStages::DetectorStages(const Detector& detector) : impl_(*detector.impl_) {}
 
 Image DetectorStages::ThresholdMap() const {
+  Backend* const backend = impl_.source == nullptr ? impl_.backend.get() : impl_.source->backend();
   Image map(impl_.first.bits.width, impl_.first.bits.height);
   for (int y = 0; y < map.height(); ++y) {
-    scalar::ThresholdRow(impl_.backend->Grid(), y, map.width(), map.row(y));
+    scalar::ThresholdRow(backend->Grid(), y, map.width(), map.row(y));
   }
   return map;
 }

@@ -3,17 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <vector>
+#include <numeric>
 
+#include "host/centroid.h"
+#include "host/model.h"
 #include "host/sample.h"
 #include "topotag/marker.h"
 
 namespace topotag {
 namespace {
 
-// A support that is off by some tenths of a pixel pulls the centroid by a twentieth of that: the
-// second pass starts from where the first one ended.
-constexpr int kPasses = 2;
+// A support that is off pulls the centroid by a twentieth of that: nodes whose expected place moves
+// by more than this when the map is refitted are measured again, once.
+constexpr double kMoved = 0.03;  // pixels
 constexpr double kMinDelta = 2;  // pixels
 // Largest gradient of the gaps' white by blur alone, per unit, at 1 pixel a unit; it falls with the
 // square of the resolution.
@@ -21,6 +23,12 @@ constexpr double kBlurShading = 0.5;
 constexpr double kHalfGap = 0.5;    // units
 constexpr double kMinSignal = 0.2;  // of the signal of an unblurred shape
 constexpr double kMaxOffset = 0.5;  // from the expected place, units
+
+// White that varies linearly: grey level at a point, and its change per unit of u and v.
+struct Shade {
+  double level;
+  Point2 gradient;
+};
 
 // A dark shape with gaps around it. Lengths in units.
 struct Shape {
@@ -46,57 +54,81 @@ struct NodeShapes {
   Shape baseline{{2.5, 1.5}, {}};
 };
 
-// Weighted centroid of the darkness 1 - grey / white over the support, in pixels relative to the
-// map's centre: relative to the shaded white, so that uneven light does not move it. The support is
-// a parallelogram of half sides `half`, its edge smoothed over one pixel.
-// @param min_signal  of the sum of the weighted darkness, pixels
-bool Centroid(const ImageView& image, const LocalMap& map, Point2 half, const Shade& white,
-              double min_signal, Point2* offset) {
+// Fixed point: 16 bits, of which so many are used.
+constexpr double kMaxFixed = 32000;
+// Pixels beside a patch that are computed too, without weight.
+constexpr int kOverhang = 32;
+// One pixel of distance, and a darkness of 1, at most.
+constexpr int kOnePixel = 1 << 7;
+constexpr int kOneDarkness = 1 << 14;
+
+// The largest power of 2, at most `limit`, times which `bound` fits; 0 if there is none.
+int FixedOne(double bound, int limit) {
+  int one = limit;
+  while (one > 0 && !(bound * one < kMaxFixed)) one /= 2;
+  return one;
+}
+
+// A function of the pixel with the value `level` at `center` and the gradient `slope`, times `one`.
+LinearValue FixedLinear(Point2 center, double level, Point2 slope, double one) {
+  const double scale = one * 256;
+  return {static_cast<int32_t>((level - slope.x * center.x - slope.y * center.y) * scale) + 128,
+          static_cast<int32_t>(slope.x * scale), static_cast<int32_t>(slope.y * scale)};
+}
+
+// The patch for the weighted centroid of the darkness 1 - grey / white over the support: relative
+// to the shaded white, so that uneven light does not move it. The support is a parallelogram of
+// half sides `half`, its edge smoothed over one pixel.
+// @return false where there is nothing to measure.
+bool MakePatch(const ImageView& image, const LocalMap& map, Point2 half, const Shade& white,
+               DarknessPatch* result) {
   const Jacobian2& j = map.j;
   const double det = map.Determinant();
-  // Pixels across which each coordinate grows by one unit.
-  const double pitch_u = std::abs(det) / std::hypot(j[3], j[1]);
-  const double pitch_v = std::abs(det) / std::hypot(j[0], j[2]);
-  const double reach_u = half.x + 0.5 / pitch_u;
-  const double reach_v = half.y + 0.5 / pitch_v;
-  const double extent_x = reach_u * std::abs(j[0]) + reach_v * std::abs(j[1]);
-  const double extent_y = reach_u * std::abs(j[2]) + reach_v * std::abs(j[3]);
-  const auto pixel = [](double place, int size) {
-    return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(size)));
-  };
-  if (!std::isfinite(map.center.x + map.center.y + extent_x + extent_y)) return false;
-  const int x0 = pixel(std::ceil(map.center.x - extent_x), image.width);
-  const int x1 = pixel(std::floor(map.center.x + extent_x) + 1, image.width);
-  const int y0 = pixel(std::ceil(map.center.y - extent_y), image.height);
-  const int y1 = pixel(std::floor(map.center.y + extent_y) + 1, image.height);
-  // The unit coordinates and 1 / white, to first order in the shading, are linear in the pixel.
-  const Jacobian2 inverse{j[3] / det, -j[1] / det, -j[2] / det, j[0] / det};
-  const Point2 slope{-white.gradient.x / (white.level * white.level),
-                     -white.gradient.y / (white.level * white.level)};
-  const double inverse_level = 1 / white.level;
-  double sum = 0;
-  double sum_x = 0;
-  double sum_y = 0;
-  for (int y = y0; y < y1; ++y) {
-    const uint8_t* row = image.row(y);
-    const double dy = y - map.center.y;
-    for (int x = x0; x < x1; ++x) {
-      const double dx = x - map.center.x;
-      const double u = inverse[0] * dx + inverse[1] * dy;
-      const double v = inverse[2] * dx + inverse[3] * dy;
-      // How far inside the support, in pixels.
-      const double inside_u = (reach_u - std::abs(u)) * pitch_u;
-      const double inside_v = (reach_v - std::abs(v)) * pitch_v;
-      const double weight = std::clamp(inside_u, 0.0, 1.0) * std::clamp(inside_v, 0.0, 1.0);
-      const double inverse_white = inverse_level + slope.x * u + slope.y * v;
-      const double signal = weight * (1 - row[x] * inverse_white);
-      sum += signal;
-      sum_x += signal * dx;
-      sum_y += signal * dy;
-    }
+  const double inverse_det = 1 / det;
+  // Pixels across which u grows by one unit are |det| / length_u.
+  const double length_u = std::sqrt(j[3] * j[3] + j[1] * j[1]);
+  const double length_v = std::sqrt(j[0] * j[0] + j[2] * j[2]);
+  const double inverse_u = 1 / length_u;
+  const double inverse_v = 1 / length_v;
+  const double reach_u = half.x + 0.5 * length_u * std::abs(inverse_det);
+  const double reach_v = half.y + 0.5 * length_v * std::abs(inverse_det);
+  const Point2 extent{reach_u * std::abs(j[0]) + reach_v * std::abs(j[1]),
+                      reach_u * std::abs(j[2]) + reach_v * std::abs(j[3])};
+  if (!(map.center.x - extent.x > -kMaxImageSide && map.center.x + extent.x < 2 * kMaxImageSide &&
+        map.center.y - extent.y > -kMaxImageSide && map.center.y + extent.y < 2 * kMaxImageSide)) {
+    return false;
   }
-  if (!(sum > min_signal)) return false;
-  *offset = {sum_x / sum, sum_y / sum};
+  DarknessPatch& patch = *result;
+  patch.x = std::max(static_cast<int>(map.center.x - extent.x) + 1, 0);
+  patch.y = std::max(static_cast<int>(map.center.y - extent.y) + 1, 0);
+  patch.width = std::min(static_cast<int>(map.center.x + extent.x) + 1, image.width) - patch.x;
+  patch.height = std::min(static_cast<int>(map.center.y + extent.y) + 1, image.height) - patch.y;
+  if (patch.width <= 0 || patch.height <= 0) return false;
+  const Point2 center{map.center.x - patch.x, map.center.y - patch.y};
+
+  const Point2 slope_u{j[3] * inverse_u, -j[1] * inverse_u};
+  const Point2 slope_v{-j[2] * inverse_v, j[0] * inverse_v};
+  const double wide = std::max(std::abs(center.x), std::abs(patch.width - center.x)) + kOverhang;
+  const double high = std::max(std::abs(center.y), std::abs(patch.height - center.y));
+  const int one = FixedOne(wide + high + 1, kOnePixel);  // the slopes have length 1
+  // 1 / white, to first order in the shading.
+  const double inverse_level = 1 / white.level;
+  const double per_unit = -inverse_level * inverse_level * inverse_det;
+  const Point2 slope_white{(white.gradient.x * j[3] - white.gradient.y * j[2]) * per_unit,
+                           (white.gradient.y * j[0] - white.gradient.x * j[1]) * per_unit};
+  const double largest =
+      inverse_level + std::abs(slope_white.x) * extent.x + std::abs(slope_white.y) * extent.y;
+  const int black = FixedOne(256 * largest, kOneDarkness);
+  if (one == 0 || black == 0) return false;
+  patch.one = static_cast<int16_t>(one);
+  patch.black = static_cast<int16_t>(black);
+  patch.u = FixedLinear(center, 0, slope_u, one);
+  patch.v = FixedLinear(center, 0, slope_v, one);
+  const double scale = std::abs(det) * one;
+  patch.reach_u = static_cast<int16_t>(std::min(reach_u * inverse_u * scale, kMaxFixed));
+  patch.reach_v = static_cast<int16_t>(std::min(reach_v * inverse_v * scale, kMaxFixed));
+  patch.inverse_white = FixedLinear(center, inverse_level, slope_white, 256.0 * black);
+
   return true;
 }
 
@@ -121,7 +153,9 @@ Point2 LensBias(const TagMap& map, Point2 tag, const LocalMap& at, Point2 m) {
     const LocalMap previous(map, {tag.x - step.x, tag.y - step.y});
     const double ratio = next.Determinant() / previous.Determinant();
     if (!(ratio > 0)) return {};  // beyond the lens model's range
-    const double growth = std::log(ratio) / 2;
+    // Half the logarithm of the ratio, which is near 1, without a function whose last digit
+    // depends on the CPU.
+    const double growth = (ratio - 1) / (ratio + 1);
     const Point2 second{next.center.x + previous.center.x - 2 * at.center.x,
                         next.center.y + previous.center.y - 2 * at.center.y};
     bias.x += moment * (second.x / 2 + at.j[axis] * growth);
@@ -137,38 +171,72 @@ Point2 ShapeBias(const TagMap& map, Point2 tag, const LocalMap& at, Point2 m) {
 // A shape where it is expected in the image.
 struct Target {
   Point2 tag;  // of its centre, units
-  Shape shape;
-  LocalMap map;  // its centre moved to where the centroid is expected
-  Point2 bias;   // by this, pixels
-  Shade white;   // of the gaps around it
+  const Shape* shape;
+  LocalMap map;     // its centre is where the centroid was expected when it was measured
+  Point2 bias;      // of the centroid, pixels
+  Shade white;      // of the gaps around it
+  double black;     // of its body
+  Point2 measured;  // centre: the centroid without its bias, pixels
 };
 
-Target MakeTarget(const ImageView& image, const TagMap& map, Point2 tag, const Shape& shape) {
-  Target target{tag, shape, LocalMap(map, tag), {}, {}};
+// What is measured of a marker: the baseline node as a whole, then the nodes from vertex 2 on.
+struct Targets {
+  int count = 0;
+  std::array<Target, kMaxVertices> at;
+};
+
+void AddTarget(const TagMap& map, Point2 tag, const Shape& shape, Targets* targets) {
+  Target& target = targets->at[static_cast<size_t>(targets->count++)];
+  target.tag = tag;
+  target.shape = &shape;
+  target.map = LocalMap(map, tag);
   target.bias = ShapeBias(map, tag, target.map, shape.second_moment);
-  target.map.center.x += target.bias.x;
-  target.map.center.y += target.bias.y;
-  const Point2 ring{shape.half.x + kHalfGap, shape.half.y + kHalfGap};
-  target.white = RingShade(image, target.map, ring);
-  return target;
+}
+
+void SetLevels(const NodeLevels& levels, Target* target) {
+  target->white = {levels.white, {levels.white_u, levels.white_v}};
+  target->black = levels.black;
+}
+
+// The decoded map was fitted to centroids, so it is those that it takes the model to.
+void MakeTargets(const ImageView& image, const Decoded& decoded, const NodeShapes& shapes,
+                 Targets* targets) {
+  const Family family = decoded.family;
+  const Point2* model = ModelTable(family);
+  AddTarget(decoded.map, {model[0].x + 1, model[0].y}, shapes.baseline, targets);
+  Target& baseline = targets->at[0];
+  const Point2 half = shapes.baseline.half;
+  SetLevels(MeasureLevels(image, baseline.map, {half.x + kHalfGap, half.y + kHalfGap},
+                          {half.x - kHalfGap, half.y - kHalfGap}),
+            &baseline);
+  const uint64_t bits = VertexBits(family, decoded.id);
+  for (int i = 2; i < family.vertex_count(); ++i) {
+    AddTarget(decoded.map, model[i], (bits >> i & 1) != 0 ? shapes.ring : shapes.solid, targets);
+    SetLevels(decoded.levels[static_cast<size_t>(i)], &targets->at[static_cast<size_t>(i - 1)]);
+  }
 }
 
 // Change of the white across the marker, grey levels per unit: least-squares plane through the
 // targets' levels.
-Point2 FitShading(const std::vector<Target>& targets) {
-  const double n = static_cast<double>(targets.size());
-  Point2 mean;
-  for (const Target& t : targets) mean = {mean.x + t.tag.x / n, mean.y + t.tag.y / n};
-  double xx = 0, xy = 0, yy = 0, xw = 0, yw = 0;
-  for (const Target& t : targets) {
-    const double x = t.tag.x - mean.x;
-    const double y = t.tag.y - mean.y;
-    xx += x * x;
-    xy += x * y;
-    yy += y * y;
-    xw += x * t.white.level;
-    yw += y * t.white.level;
+Point2 FitShading(const Targets& targets) {
+  double x = 0, y = 0, xx = 0, xy = 0, yy = 0, w = 0, xw = 0, yw = 0;
+  for (int i = 0; i < targets.count; ++i) {
+    const Target& t = targets.at[static_cast<size_t>(i)];
+    x += t.tag.x;
+    y += t.tag.y;
+    w += t.white.level;
+    xx += t.tag.x * t.tag.x;
+    xy += t.tag.x * t.tag.y;
+    yy += t.tag.y * t.tag.y;
+    xw += t.tag.x * t.white.level;
+    yw += t.tag.y * t.white.level;
   }
+  const double inverse = 1.0 / targets.count;
+  xx -= x * x * inverse;
+  xy -= x * y * inverse;
+  yy -= y * y * inverse;
+  xw -= x * w * inverse;
+  yw -= y * w * inverse;
   const double det = xx * yy - xy * xy;
   return {(xw * yy - yw * xy) / det, (yw * xx - xw * xy) / det};
 }
@@ -178,93 +246,138 @@ Point2 FitShading(const std::vector<Target>& targets) {
 // into them by more than the light changes.
 Point2 LocalShading(const Target& target, Point2 whole) {
   const Jacobian2& j = target.map.j;
-  const double unit = std::abs(target.map.Determinant()) /
-                      std::max(std::hypot(j[3], j[1]), std::hypot(j[0], j[2]));  // pixels
-  const double blur = kBlurShading * target.white.level / (unit * unit);
+  const double det = target.map.Determinant();
+  // Squared pixels of the shorter height of a square unit.
+  const double unit = det * det / std::max(j[3] * j[3] + j[1] * j[1], j[0] * j[0] + j[2] * j[2]);
+  const double blur = kBlurShading * target.white.level / unit;
   const Point2 local{target.white.gradient.x - whole.x, target.white.gradient.y - whole.y};
-  const double size = std::hypot(local.x, local.y);
-  const double trust = size > blur ? 1 - blur / size : 0;
+  const double square = local.x * local.x + local.y * local.y;
+  if (!(square > blur * blur)) return whole;
+  const double trust = 1 - blur / std::sqrt(square);
   return {whole.x + trust * local.x, whole.y + trust * local.y};
 }
 
-// Measured place of the target's centre, pixels; the expected one if there is too little contrast.
-Point2 MeasureCenter(const ImageView& image, const Target& target, Point2 shading) {
-  const LocalMap& map = target.map;
-  const Point2 half = target.shape.half;
-  const Point2 expected{map.center.x - target.bias.x, map.center.y - target.bias.y};
-  const double unit = std::sqrt(std::abs(map.Determinant()));  // pixels
+// Darkness of the target's body.
+double Contrast(const Target& target) { return 1 - target.black / target.white.level; }
+
+// Half sides of the target's support, units.
+Point2 SupportHalf(const Target& target) {
+  const Point2 half = target.shape->half;
+  const double unit = std::sqrt(std::abs(target.map.Determinant()));  // pixels
   const double delta = std::min(std::max(kMinDelta / unit, 2 * half.y / 10), kHalfGap);
-  const double black = RingLevel(image, map, {half.x - kHalfGap, half.y - kHalfGap});
-  const double contrast = 1 - black / target.white.level;
-  const double full_signal = 4 * half.x * half.y * unit * unit * contrast;
-  Point2 offset;
-  if (!(contrast > 0) ||
-      !Centroid(image, map, {half.x + delta, half.y + delta},
-                {target.white.level, LocalShading(target, shading)}, kMinSignal * full_signal,
-                &offset) ||
-      !(std::hypot(offset.x, offset.y) < kMaxOffset * unit)) {
-    return expected;
-  }
-  return {expected.x + offset.x, expected.y + offset.y};
+  return {half.x + delta, half.y + delta};
 }
 
-Point2 BaselineCenter(Family family) {
-  const Point2 p1 = ModelVertex(family, 0);
-  return {p1.x + 1, p1.y};
+// Sets the target's centre from the sums over its patch; takes the expected one if there is too
+// little contrast.
+void SetMeasured(const DarknessPatch& patch, const DarknessSums& sums, Target* target) {
+  const LocalMap& map = target->map;
+  const Point2 half = target->shape->half;
+  const double unit_area = std::abs(map.Determinant());  // pixels
+  const double full_signal = 4 * half.x * half.y * unit_area * Contrast(*target);
+  const double sum = static_cast<double>(sums.sum);
+  target->measured = {map.center.x - target->bias.x, map.center.y - target->bias.y};
+  // A weight and a darkness of 1 sum to one^2 black / 2^15.
+  if (!(sum > kMinSignal * full_signal * patch.one * patch.one * patch.black / 32768)) return;
+  const double inverse_sum = 1 / sum;
+  const double x = patch.x + static_cast<double>(sums.x) * inverse_sum - map.center.x;
+  const double y = patch.y + static_cast<double>(sums.y) * inverse_sum - map.center.y;
+  if (!(x * x + y * y < kMaxOffset * kMaxOffset * unit_area)) return;
+  target->measured.x += x;
+  target->measured.y += y;
 }
 
-// What is measured of a marker: the baseline node as a whole, then the nodes from vertex 2 on.
-struct Measured {
-  int count = 0;
-  std::array<Point2, kMaxVertices> model;
-  std::array<Point2, kMaxVertices> pixel;
-};
-
-// Measures all nodes at the places that decoded->map takes them to, and refits the map to them.
-void MeasureNodes(const ImageView& image, const NodeShapes& shapes, Decoded* decoded,
-                  Measured* measured) {
-  const Family family = decoded->family;
-  const uint64_t bits = VertexBits(family, decoded->id);
-  TagMap& map = decoded->map;
-  std::vector<Target> targets;
-  targets.reserve(static_cast<size_t>(family.node_count()));
-  targets.push_back(MakeTarget(image, map, BaselineCenter(family), shapes.baseline));
-  for (int i = 2; i < family.vertex_count(); ++i) {
-    const Shape& shape = (bits >> i & 1) != 0 ? shapes.ring : shapes.solid;
-    targets.push_back(MakeTarget(image, map, ModelVertex(family, i), shape));
+// Measures the centres of some targets. Each step is taken for all of them before the next: what
+// one waits for, the others fill.
+// @param which  their indices
+void MeasureTargets(const ImageView& image, Point2 shading,
+                    const std::array<int, kMaxVertices>& which, int count, Targets* targets) {
+  std::array<DarknessPatch, kMaxVertices> patches;
+  std::array<DarknessSums, kMaxVertices> sums;
+  const auto target = [&](size_t k) -> Target& {
+    return targets->at[static_cast<size_t>(which[k])];
+  };
+  for (size_t k = 0; k < static_cast<size_t>(count); ++k) {
+    const Target& t = target(k);
+    const Shade white{t.white.level, LocalShading(t, shading)};
+    if (!(Contrast(t) > 0) || !MakePatch(image, t.map, SupportHalf(t), white, &patches[k])) {
+      patches[k] = {};
+    }
   }
-  const Point2 shading = FitShading(targets);
+  SumDarkness(image, patches.data(), count, sums.data());
+  for (size_t k = 0; k < static_cast<size_t>(count); ++k) {
+    SetMeasured(patches[k], sums[k], &target(k));
+  }
+}
+
+// Refits the map to what is measured; false where it stays as it is.
+bool RefitMap(const Targets& targets, TagMap* map) {
+  std::array<Point2, kMaxVertices> tag;
   std::array<Point2, kMaxVertices> ideal;
-  bool inside_lens = true;
-  measured->count = family.node_count();
-  for (size_t k = 0; k < targets.size(); ++k) {
-    measured->model[k] = targets[k].tag;
-    measured->pixel[k] = MeasureCenter(image, targets[k], shading);
-    inside_lens = inside_lens && PixelToIdeal(map.camera, measured->pixel[k], &ideal[k]);
+  for (int i = 0; i < targets.count; ++i) {
+    const auto k = static_cast<size_t>(i);
+    tag[k] = targets.at[k].tag;
+    if (!PixelToIdeal(map->camera, targets.at[k].measured, &ideal[k])) return false;
   }
   Homography refined;
-  if (inside_lens &&
-      FitHomography(measured->model.data(), ideal.data(), measured->count, &refined)) {
-    map.ideal = refined;
+  if (!FitHomography(tag.data(), ideal.data(), targets.count, map->ideal, &refined)) return false;
+  map->ideal = refined;
+  return true;
+}
+
+// What the refitted map says better than the decoded one: the bias of all targets; and where those
+// are expected that it moves, which are measured again.
+void UpdateTargets(const ImageView& image, const TagMap& map, Point2 shading, Targets* targets) {
+  std::array<int, kMaxVertices> moved;
+  int count = 0;
+  for (int i = 0; i < targets->count; ++i) {
+    Target& target = targets->at[static_cast<size_t>(i)];
+    const LocalMap local(map, target.tag);
+    const Point2 bias = ShapeBias(map, target.tag, local, target.shape->second_moment);
+    const Point2 expected{local.center.x + bias.x, local.center.y + bias.y};
+    const double dx = expected.x - target.map.center.x;
+    const double dy = expected.y - target.map.center.y;
+    if (dx * dx + dy * dy > kMoved * kMoved) {
+      target.map = local;
+      target.map.center = expected;
+      target.bias = bias;
+      moved[static_cast<size_t>(count++)] = i;
+    } else {
+      target.measured.x += target.bias.x - bias.x;
+      target.measured.y += target.bias.y - bias.y;
+    }
   }
+  if (count > 0) MeasureTargets(image, shading, moved, count, targets);
 }
 
 }  // namespace
 
 void RefineVertices(const ImageView& image, Decoded* decoded, VertexList* vertices) {
   const NodeShapes shapes(decoded->node_area);
-  Measured measured;
-  for (int pass = 0; pass < kPasses; ++pass) MeasureNodes(image, shapes, decoded, &measured);
+  Targets targets;
+  MakeTargets(image, *decoded, shapes, &targets);
+  const Point2 shading = FitShading(targets);
+  std::array<int, kMaxVertices> all;
+  std::iota(all.begin(), all.begin() + targets.count, 0);
+  MeasureTargets(image, shading, all, targets.count, &targets);
+  TagMap& map = decoded->map;
+  if (RefitMap(targets, &map)) {
+    UpdateTargets(image, map, shading, &targets);
+    RefitMap(targets, &map);
+  }
 
   vertices->resize(decoded->family.vertex_count());
-  const Point2 expected = decoded->map.Pixel(measured.model[0]);
+  const Target& baseline = targets.at[0];
+  const Point2 expected = map.Pixel(baseline.tag);
+  const Point2* model = ModelTable(decoded->family);
   for (int i = 0; i < 2; ++i) {
-    const Point2 p = decoded->map.Pixel(ModelVertex(decoded->family, i));
-    (*vertices)[i] = {p.x + measured.pixel[0].x - expected.x,
-                      p.y + measured.pixel[0].y - expected.y};
+    const Point2 p = map.Pixel(model[i]);
+    (*vertices)[i] = {p.x + baseline.measured.x - expected.x,
+                      p.y + baseline.measured.y - expected.y};
   }
-  std::copy(measured.pixel.begin() + 1, measured.pixel.begin() + measured.count,
-            vertices->begin() + 2);
+  for (int i = 1; i < targets.count; ++i) {
+    (*vertices)[i + 1] = targets.at[static_cast<size_t>(i)].measured;
+  }
 }
 
 }  // namespace topotag

@@ -18,7 +18,7 @@ inline constexpr double kBaselineWeight = 0.5;
 /// measured nodes. The centroid of a projected shape is not the projection of its centre: the
 /// difference under perspective, to second order, is taken off (docs/design.md).
 /// @param image    the whole frame
-/// @param decoded  its map is refitted to what is measured
+/// @param decoded  confirmed by ConfirmBits; its map is refitted to what is measured
 /// A node without contrast keeps its place under the map.
 void RefineVertices(const ImageView& image, Decoded* decoded, VertexList* vertices);
 

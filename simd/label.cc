@@ -261,15 +261,17 @@ void MergeOutside(const Row& row, Labels* labels) {
   for (int i = 0; i < row.runs; i += 2) labels->Unite(0, row.label[i]);
 }
 
-// Lets every label of a strip, and every root's parent, point to its root.
+// Lets every label of a strip, and every root's parent, point to its root. A label of another strip
+// may be read here while that strip is flattened: what is final already is not written again.
 void Flatten(const Strip& strip, Components* components) {
   uint32_t* root = components->root.data();
   uint32_t* parent = components->parent.data();
   for (uint32_t label = strip.labels.begin; label < strip.labels.end; ++label) {
-    if (root[label] != label) {
-      root[label] = root[root[label]];
-    } else {
+    const uint32_t own = root[label];
+    if (own == label) {
       parent[label] = root[parent[label]];
+    } else if (const uint32_t last = root[own]; last != own) {
+      root[label] = last;
     }
   }
 }

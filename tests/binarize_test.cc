@@ -49,7 +49,12 @@ bool ExpectBits(const ImageView& image, const ThresholdGrid& grid, const BitImag
   EXPECT_EQ(bits.width, image.width) << c;
   EXPECT_EQ(bits.height, image.height) << c;
   EXPECT_EQ(bits.words, (image.width + 63) / 64) << c;
-  EXPECT_EQ(bits.bits.size(), static_cast<size_t>(bits.words) * static_cast<size_t>(bits.height));
+  const size_t size = static_cast<size_t>(bits.words) * static_cast<size_t>(bits.height);
+  EXPECT_EQ(bits.size(), size);
+  EXPECT_EQ(bits.bits.size(), size + 2 * BitImage::kPadding);
+  const auto is_zero = [](uint64_t word) { return word == 0; };
+  EXPECT_TRUE(std::all_of(bits.bits.begin(), bits.bits.begin() + BitImage::kPadding, is_zero));
+  EXPECT_TRUE(std::all_of(bits.bits.end() - BitImage::kPadding, bits.bits.end(), is_zero));
   if (::testing::Test::HasFailure()) return false;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < 64 * bits.words; ++x) {

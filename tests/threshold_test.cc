@@ -78,7 +78,7 @@ class SlowDefault {
     return range;
   }
 
-  // A cell of the pyramid: nothing, or the mean of what its children know, rounded down.
+  // A cell of the pyramid: nothing, or the largest that its children know.
   std::optional<int> Level(int level, int row, int col) const {
     if (((row << level) >= rows_) || ((col << level) >= cols_)) return std::nullopt;
     if (level == 0) {
@@ -89,13 +89,10 @@ class SlowDefault {
     }
     const auto [known, is_new] = known_.try_emplace({level, row, col});
     if (!is_new) return known->second;
-    int sum = 0, count = 0;
     for (int child = 0; child < 4; ++child) {
       const auto value = Level(level - 1, 2 * row + child / 2, 2 * col + child % 2);
-      sum += value.value_or(0);
-      count += value.has_value();
+      if (value) known->second = std::max(known->second.value_or(0), *value);
     }
-    if (count > 0) known->second = FloorDivide(sum, count);
     return known->second;
   }
 

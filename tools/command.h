@@ -36,6 +36,7 @@ using Command = std::function<int()>;
 Command AddDetect(CLI::App* app);
 Command AddGenerate(CLI::App* app);
 Command AddRender(CLI::App* app);
+Command AddBench(CLI::App* app);
 Command AddInfo(CLI::App* app);
 
 /// An option whose value is kept as it is typed; an empty value is wrong usage.

@@ -80,19 +80,11 @@ void CheckPoseMode(const std::string& mode) {
   }
 }
 
-/// With the opencl backend itself, MakeDetector says whether there is one.
-void CheckDevice(const std::string& device, BackendKind backend) {
-  ParseUnsigned("--device", device);
-  if (backend == BackendKind::kOpenCl) return;
-  Options opencl;
-  opencl.backend = BackendKind::kOpenCl;
-  std::string reason;
-  try {
-    const Detector detector(opencl);
-  } catch (const Error& error) {
-    reason = std::string(", and ") + error.what();
-  }
-  throw UsageError("--device: only with --backend opencl" + reason);
+int ParseDevice(const std::string& text, BackendKind backend) {
+  const uint64_t index = ParseUnsigned("--device", text);
+  if (index > INT_MAX) throw UsageError("--device: there is no device " + text);
+  if (backend != BackendKind::kOpenCl) throw UsageError("--device: only with --backend opencl");
+  return static_cast<int>(index);
 }
 
 Options ParseOptions(const Arguments& arguments) {
@@ -102,7 +94,9 @@ Options ParseOptions(const Arguments& arguments) {
   options.backend = ForOption("--backend", [&] { return ParseBackend(arguments.backend); });
   options.threads = ParseThreads(arguments.threads);
   CheckPoseMode(arguments.pose);
-  if (!arguments.device.empty()) CheckDevice(arguments.device, options.backend);
+  if (!arguments.device.empty()) {
+    options.device = ParseDevice(arguments.device, options.backend);
+  }
   if (!arguments.camera.empty()) {
     options.camera = ForOption("--camera", [&] { return ReadCamera(arguments.camera); });
   }
@@ -294,7 +288,8 @@ Command AddDetect(CLI::App* app) {
   AddText(command, "Computation", "--threads", &a.threads, "N",
           "Threads for each frame (default: 2, or 1 on a single processor)");
   AddText(command, "Computation", "--device", &a.device, "INDEX",
-          "OpenCL device; only with --backend opencl");
+          "OpenCL device as topotag info lists them (default: the first GPU, else the first one); "
+          "only with --backend opencl");
   command->footer(
       "Pixel (0, 0) is the centre of the top-left one. Poses are in metres, in camera\n"
       "axes: x right, y down, z forward. A camera runs until Ctrl-C.\n"

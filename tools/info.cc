@@ -4,6 +4,7 @@
 
 #include "tools/command.h"
 #include "topotag/detector.h"
+#include "topotag/device.h"
 
 namespace topotag::tools {
 namespace {
@@ -27,6 +28,21 @@ std::string Describe(BackendKind backend) {
   }
 }
 
+void PrintDevices() {
+  std::printf("OpenCL devices\n");
+  try {
+    const std::vector<DeviceInfo> devices = ListDevices();
+    if (devices.empty()) std::printf("  none\n");
+    for (const DeviceInfo& device : devices) {
+      std::printf("  %-7d %s, %d compute units: %s; %s; %s\n", device.index, device.type.c_str(),
+                  device.compute_units, device.name.c_str(), device.platform.c_str(),
+                  device.version.c_str());
+    }
+  } catch (const Error& error) {
+    std::printf("  %s\n", error.what());
+  }
+}
+
 int RunInfo() {
   std::printf("topotag   %s\n", Version());
   std::printf("compiler  %s\n", kCompiler);
@@ -36,6 +52,7 @@ int RunInfo() {
        {BackendKind::kAuto, BackendKind::kScalar, BackendKind::kSimd, BackendKind::kOpenCl}) {
     std::printf("  %-7s %s\n", Name(backend), Describe(backend).c_str());
   }
+  PrintDevices();
   return kSuccess;
 }
 

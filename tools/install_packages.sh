@@ -5,11 +5,12 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build pkg-config
-  libeigen3-dev libhwy-dev
+  libhwy-dev
   libopencv-dev libyaml-cpp-dev libcairo2-dev libjpeg-dev libpng-dev
   libcli11-dev nlohmann-json3-dev
   opencl-headers ocl-icd-opencl-dev pocl-opencl-icd
   libgtest-dev libbenchmark-dev
+  libapriltag-dev libopencv-contrib-dev  # other systems, in benchmarks
   poppler-utils librsvg2-bin  # pictures of PDF and SVG, in tests
 )
 

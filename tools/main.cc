@@ -61,6 +61,7 @@ int Main(int argc, char** argv) {
   const Command detect = AddDetect(&app);
   const Command generate = AddGenerate(&app);
   const Command render = AddRender(&app);
+  const Command bench = AddBench(&app);
   const Command info = AddInfo(&app);
   try {
     app.parse(argc, argv);
@@ -75,8 +76,9 @@ int Main(int argc, char** argv) {
   if (app.got_subcommand("detect")) return RunCommand(detect);
   if (app.got_subcommand("generate")) return RunCommand(generate);
   if (app.got_subcommand("render")) return RunCommand(render);
+  if (app.got_subcommand("bench")) return RunCommand(bench);
   if (app.got_subcommand("info")) return RunCommand(info);
-  Complain("a command is missing: detect, generate, render or info; see topotag --help");
+  Complain("a command is missing: detect, generate, render, bench or info; see topotag --help");
   return kUsage;
 }
 

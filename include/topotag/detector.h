@@ -38,7 +38,8 @@ class Detector {
   /// Detects the markers in one grayscale frame.
   ///
   /// Paper: section 4 (detection), departures in docs/design.md.
-  /// @param image  height x width, 8-bit luminance, not owned; stride in bytes, >= width; only read.
+  /// @param image  height x width, 8-bit luminance, not owned; stride in bytes, >= width; only
+  /// read.
   /// @return detections sorted by (family, id, centre y, centre x); empty when there is none.
   /// @throws Error (kInvalidArgument: null data, stride < width, size out of range or other than
   ///         the camera's, region of interest outside the frame; kDevice).
@@ -47,14 +48,25 @@ class Detector {
   /// The same into the caller's vector, whose capacity is reused; empty after an error.
   void detect(const ImageView& image, std::vector<Detection>* detections);
 
+  /// Begins with a frame, of which collect() gives the detections: with the opencl backend, the
+  /// device then works on one frame while the processor finishes the one before. Up to
+  /// kMaxSubmitted frames; each stays the caller's, in place and unchanged until it is collected.
+  /// @throws Error as detect(); kInvalidArgument: too many frames
+  void submit(const ImageView& image);
+  static constexpr int kMaxSubmitted = 2;
+  /// The detections of the oldest submitted frame.
+  /// @return false where there is none
+  bool collect(std::vector<Detection>* detections);
+
   const Options& options() const;
-  /// The backend that runs, with its target or device: "scalar", "simd/AVX2".
+  /// The backend that ran last, with its target or device: "scalar", "simd/AVX2", "opencl/DEVICE".
   const std::string& backend() const;
   /// Of the last frame.
   const StageTimes& times() const;
 
  private:
   friend class DetectorStages;
+  friend class OpenClDetection;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

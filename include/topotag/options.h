@@ -35,11 +35,16 @@ struct Options {
   std::vector<Family> families{Family(3), Family(4), Family(5)};
   Preset preset = Preset::kDefault;
 
-  /// kAuto takes the environment variable TOPOTAG_BACKEND where it is set, else simd. A backend that is not available is an error, never replaced.
+  /// kAuto takes the environment variable TOPOTAG_BACKEND where it is set, else simd. A backend
+  /// that is not available is an error, never replaced.
   BackendKind backend = BackendKind::kAuto;
   /// Of one frame, 1 .. kMaxThreads, the caller's included; results do not depend on it. For many
   /// frames at a time: one detector with one thread on each processor.
   int threads = DefaultThreads();
+
+  /// The device of the opencl backend: DeviceInfo::index. Without it: the first GPU, else the first
+  /// device. Other backends take no notice.
+  std::optional<int> device;
 
   /// Lens and intrinsics. Without it there is no pose.
   std::optional<Camera> camera;

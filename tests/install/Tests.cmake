@@ -22,7 +22,6 @@ topotag_install_step(find_package
 topotag_install_step(links FIXTURES_REQUIRED installed_copy)
 set_property(TEST Install.links APPEND PROPERTY FIXTURES_REQUIRED installed_consumer)
 topotag_install_step(pkg_config FIXTURES_REQUIRED installed_copy)
-topotag_install_step(eigen FIXTURES_REQUIRED installed_copy)
 if(TOPOTAG_BUILD_IO)
   topotag_install_step(io FIXTURES_REQUIRED installed_copy)
 else()

@@ -1,0 +1,27 @@
+#include "bench/peers.h"
+
+namespace topotag::bench {
+
+std::vector<std::unique_ptr<Peer>> MakePeers([[maybe_unused]] const PeerSetup& setup) {
+  std::vector<std::unique_ptr<Peer>> peers;
+#ifdef TOPOTAG_BENCH_WITH_APRILTAG
+  AddAprilTag(setup, &peers);
+#endif
+#ifdef TOPOTAG_BENCH_WITH_ARUCO
+  AddAruco(setup, &peers);
+#endif
+  return peers;
+}
+
+std::vector<std::string> MissingPeers() {
+  std::vector<std::string> missing;
+#ifndef TOPOTAG_BENCH_WITH_APRILTAG
+  missing.push_back("AprilTag 3: built without libapriltag-dev");
+#endif
+#ifndef TOPOTAG_BENCH_WITH_ARUCO
+  missing.push_back("OpenCV ArUco: built without OpenCV's aruco module");
+#endif
+  return missing;
+}
+
+}  // namespace topotag::bench

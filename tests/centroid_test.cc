@@ -1,0 +1,184 @@
+// The Highway kernels of host/centroid.h against a plain scalar reference, on every target.
+#include "host/centroid.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace topotag {
+namespace {
+
+class Random {
+ public:
+  explicit Random(uint64_t seed) : engine_(seed) {}
+  int Between(int lo, int hi) {
+    return lo + static_cast<int>(engine_() % static_cast<uint64_t>(hi - lo + 1));
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+// An image whose rows end where their memory ends or, padded, where other bytes follow.
+struct Pixels {
+  Pixels(int width, int height, int padding, Random* random)
+      : bytes(static_cast<size_t>((width + padding) * (height - 1) + width)),
+        view{bytes.data(), width, height, width + padding} {
+    for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random->Between(0, 255));
+  }
+  std::vector<uint8_t> bytes;
+  ImageView view;
+};
+
+int16_t ValueAt(const LinearValue& value, int x, int y) {
+  return static_cast<int16_t>(((value.base + y * value.dy) >> 8) + ((x * value.dx + 128) >> 8));
+}
+
+int Inside(int16_t distance, int reach, int one) {
+  return std::min(std::max(reach - std::abs(int{distance}), 0), one);
+}
+
+int Scaled(int a, int b) { return (a * b + (1 << 14)) >> 15; }
+
+DarknessSums ReferenceDarkness(const ImageView& image, const DarknessPatch& patch) {
+  DarknessSums sums;
+  for (int y = 0; y < patch.height; ++y) {
+    for (int x = 0; x < patch.width; ++x) {
+      const int grey = image.row(patch.y + y)[patch.x + x];
+      const int weight = Inside(ValueAt(patch.u, x, y), patch.reach_u, patch.one) *
+                         Inside(ValueAt(patch.v, x, y), patch.reach_v, patch.one);
+      const int relative = Scaled(grey << 7, ValueAt(patch.inverse_white, x, y));
+      const int s = Scaled(weight, patch.black - relative);
+      sums.sum += s;
+      sums.x += int64_t{s} * x;
+      sums.y += int64_t{s} * y;
+    }
+  }
+  return sums;
+}
+
+// A patch of any place and size in the image, whose weights end within it, as the contract asks.
+DarknessPatch RandomPatch(const ImageView& image, Random* random) {
+  DarknessPatch patch{};
+  patch.width = random->Between(1, std::min(image.width, random->Between(0, 9) == 0 ? 500 : 40));
+  patch.height = random->Between(1, std::min(image.height, random->Between(0, 9) == 0 ? 500 : 40));
+  const int places = random->Between(0, 2);  // anywhere, or at one of the corners
+  patch.x = places == 1 ? 0 : image.width - patch.width;
+  patch.y = places == 1 ? 0 : image.height - patch.height;
+  if (places == 0) {
+    patch.x = random->Between(0, patch.x);
+    patch.y = random->Between(0, patch.y);
+  }
+  const int size = std::max(patch.width, patch.height);
+  patch.one = static_cast<int16_t>(size < 64 ? 128 : size < 200 ? 32 : 16);
+  // One of the two distances runs along the row, so that the weight ends with the patch.
+  const int slope = patch.one * 256;
+  const int half = (patch.width - 1) * slope / 2;
+  const int shear = random->Between(-slope / 4, slope / 4);
+  patch.u = {-half, slope, 0};
+  patch.v = {-patch.height / 2 * slope, shear, slope};
+  patch.reach_u = static_cast<int16_t>(patch.width * patch.one / 2);
+  patch.reach_v = static_cast<int16_t>(random->Between(0, patch.height * patch.one));
+  patch.black = static_cast<int16_t>(1 << random->Between(4, 14));
+  patch.inverse_white = {random->Between(0, 12000) << 8, random->Between(-9000, 9000),
+                         random->Between(-5000, 5000)};
+  return patch;
+}
+
+int32_t ReferenceLevel(const ImageView& image, int32_t x, int32_t y) {
+  const auto within = [](int32_t place, int size) {
+    return std::min(std::max(place, 0), (size - 1) << kRingShift);
+  };
+  x = within(x, image.width);
+  y = within(y, image.height);
+  const int x0 = x >> kRingShift;
+  const int y0 = y >> kRingShift;
+  const int x1 = std::min(x0 + 1, image.width - 1);
+  const int y1 = std::min(y0 + 1, image.height - 1);
+  const int fx = x >> (kRingShift - 8) & 255;
+  const int fy = y >> (kRingShift - 8) & 255;
+  const int upper = image.row(y0)[x0] * (256 - fx) + image.row(y0)[x1] * fx;
+  const int lower = image.row(y1)[x0] * (256 - fx) + image.row(y1)[x1] * fx;
+  return (upper * (256 - fy) + lower * fy) >> 8;
+}
+
+RingSums ReferenceRing(const ImageView& image, int32_t x, int32_t y, const Ring& ring) {
+  RingSums sums{};
+  const auto add = [&](int a, int b) {
+    const int32_t level =
+        ReferenceLevel(image, x + a * ring.ux + b * ring.vx, y + a * ring.uy + b * ring.vy);
+    sums.sum += level;
+    sums.a += a * level;
+    sums.b += b * level;
+  };
+  for (const int side : {-4, 4}) {
+    for (const int along : {-3, -1, 1, 3}) {
+      add(side, along);
+      add(along, side);
+    }
+  }
+  return sums;
+}
+
+// The kernels' targets; needs the definitions that they are compiled with.
+std::vector<int64_t> Targets() {
+  std::vector<int64_t> targets;
+  const int64_t all = (hwy::SupportedTargets() | HWY_EMU128) & HWY_TARGETS;
+  for (int64_t rest = all; rest != 0; rest &= rest - 1) targets.push_back(rest & -rest);
+  return targets;
+}
+
+class CentroidTest : public ::testing::TestWithParam<int64_t> {
+ protected:
+  void SetUp() override {
+    hwy::SetSupportedTargetsForTest(GetParam());
+    ASSERT_STREQ(CentroidTargetName(), hwy::TargetName(GetParam()));
+  }
+  void TearDown() override { hwy::SetSupportedTargetsForTest(0); }
+};
+
+TEST_P(CentroidTest, DarknessSumsEqualTheReference) {
+  Random random(1);
+  for (int i = 0; i < 3000; ++i) {
+    const bool large = i % 100 == 0;
+    const Pixels image(random.Between(1, large ? 700 : 80), random.Between(1, large ? 700 : 80),
+                       random.Between(0, 3), &random);
+    const DarknessPatch patch = RandomPatch(image.view, &random);
+    const DarknessSums expected = ReferenceDarkness(image.view, patch);
+    DarknessSums sums;
+    SumDarkness(image.view, &patch, 1, &sums);
+    ASSERT_EQ(sums.sum, expected.sum) << "case " << i << " width " << patch.width;
+    ASSERT_EQ(sums.x, expected.x) << "case " << i << " width " << patch.width;
+    ASSERT_EQ(sums.y, expected.y) << "case " << i << " width " << patch.width;
+  }
+}
+
+TEST_P(CentroidTest, RingSumsEqualTheReference) {
+  constexpr int kOne = 1 << kRingShift;
+  Random random(2);
+  for (int i = 0; i < 3000; ++i) {
+    const Pixels image(random.Between(1, 60), random.Between(1, 60), random.Between(0, 3), &random);
+    const auto step = [&] { return random.Between(-2 * kOne, 2 * kOne); };
+    const Ring rings[2] = {{step(), step(), step(), step()}, {step(), step(), step(), step()}};
+    const int32_t x = random.Between(-10 * kOne, 70 * kOne);
+    const int32_t y = random.Between(-10 * kOne, 70 * kOne);
+    RingSums sums[2];
+    SumRings(image.view, x, y, rings, sums);
+    for (int r = 0; r < 2; ++r) {
+      const RingSums expected = ReferenceRing(image.view, x, y, rings[r]);
+      ASSERT_EQ(sums[r].sum, expected.sum) << "case " << i << " ring " << r;
+      ASSERT_EQ(sums[r].a, expected.a) << "case " << i << " ring " << r;
+      ASSERT_EQ(sums[r].b, expected.b) << "case " << i << " ring " << r;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Targets, CentroidTest, ::testing::ValuesIn(Targets()),
+                         [](const auto& info) { return std::string(hwy::TargetName(info.param)); });
+
+}  // namespace
+}  // namespace topotag

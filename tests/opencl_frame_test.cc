@@ -1,0 +1,198 @@
+// Frames that are on a device already: on the user's context and queue.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "kernels/check.h"
+#include "tests/frames.h"
+#include "tests/opencl_util.h"
+#include "tests/scene_util.h"
+#include "topotag/opencl.h"
+
+namespace topotag {
+namespace {
+
+using opencl::Event;
+using opencl::Memory;
+
+// A user's context, queue and frames.
+class OpenClFrameTest : public ::testing::Test {
+ protected:
+  OpenClFrameTest() {
+    cl_int code = CL_SUCCESS;
+    context_ = opencl::Context(clCreateContext(nullptr, 1, &device_.id, nullptr, nullptr, &code));
+    TOPOTAG_CL_CODE(clCreateContext, code);
+    queue_ = opencl::Queue(clCreateCommandQueue(context_.get(), device_.id,
+                                                CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, &code));
+    if (code != CL_SUCCESS) {
+      queue_ = opencl::Queue(clCreateCommandQueue(context_.get(), device_.id, 0, &code));
+    }
+    TOPOTAG_CL_CODE(clCreateCommandQueue, code);
+  }
+
+  // Queues the transfer of an image into a new buffer, after a first part that is not the frame's.
+  OpenClFrame Upload(const ImageView& image, size_t offset, size_t padding) {
+    OpenClFrame frame;
+    frame.queue = queue_.get();
+    frame.offset = offset;
+    frame.width = image.width;
+    frame.height = image.height;
+    frame.stride = static_cast<size_t>(image.width) + padding;
+    bytes_.assign(offset + frame.stride * static_cast<size_t>(image.height), 0x55);
+    for (int y = 0; y < image.height; ++y) {
+      std::copy_n(
+          image.row(y), image.width,
+          bytes_.begin() + static_cast<ptrdiff_t>(offset + static_cast<size_t>(y) * frame.stride));
+    }
+    cl_int code = CL_SUCCESS;
+    buffer_ =
+        Memory(clCreateBuffer(context_.get(), CL_MEM_READ_ONLY, bytes_.size(), nullptr, &code));
+    TOPOTAG_CL_CODE(clCreateBuffer, code);
+    frame.buffer = buffer_.get();
+    TOPOTAG_CL(clEnqueueWriteBuffer, queue_.get(), buffer_.get(), CL_FALSE, 0, bytes_.size(),
+               bytes_.data(), 0, nullptr, written_.out());
+    return frame;
+  }
+
+  static void ExpectSame(const std::vector<Detection>& expected,
+                         const std::vector<Detection>& actual) {
+    ASSERT_EQ(expected.size(), actual.size());
+    for (size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(expected[i].id, actual[i].id);
+      ASSERT_EQ(expected[i].vertices.size(), actual[i].vertices.size());
+      for (int k = 0; k < expected[i].vertices.size(); ++k) {
+        EXPECT_EQ(expected[i].vertices[k].x, actual[i].vertices[k].x);
+        EXPECT_EQ(expected[i].vertices[k].y, actual[i].vertices[k].y);
+      }
+    }
+  }
+
+  opencl::Device device_ = opencl::ChooseDevice({});
+  opencl::Context context_;
+  opencl::Queue queue_;
+  Memory buffer_;
+  Event written_;
+  std::vector<uint8_t> bytes_;
+};
+
+TEST_F(OpenClFrameTest, AreAsThoseInHostMemory) {
+  Detector host, detector;
+  std::vector<Detection> detections;
+  size_t found = 0;
+  for (uint64_t seed = 0; seed < 60; ++seed) {
+    const int width = 640 - static_cast<int>(seed % 7) * 31;
+    const GuardedImage image = MakeFrame({width, 480, 1, FrameKind::kMarkers, seed});
+    OpenClFrame frame = Upload(image.view(), seed % 3 * 1001, seed % 5 * 7);
+    // Otherwise the detector waits for the queue.
+    if (seed % 2 == 0) frame.wait_for = written_.get();
+    Event released;
+    detect(detector, frame, &detections, released.out());
+    EXPECT_EQ(detector.backend(), "opencl/" + device_.info.name);
+    cl_int status = CL_QUEUED;
+    TOPOTAG_CL(clGetEventInfo, released.get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof(status),
+               &status, nullptr);
+    EXPECT_EQ(status, CL_COMPLETE);
+    ExpectSame(host.detect(image.view()), detections);
+    if (HasFatalFailure()) return;
+    found += detections.size();
+  }
+  EXPECT_GT(found, 10U);
+}
+
+// Around large and steep markers too, everything that decoding and refining read is transferred:
+// what is not comes from other frames.
+TEST_F(OpenClFrameTest, SurroundingsOfMarkersAreTransferred) {
+  Options options;
+  options.families = {Family(3), Family(4), Family(5), Family(8)};
+  Detector host(options), detector(options);
+  test::Random random(5);
+  Scene scene;
+  scene.camera = test::PinholeCamera(640, 480, 600);
+  std::vector<Detection> detections;
+  size_t found = 0;
+  for (uint64_t seed = 0; seed < 120; ++seed) {
+    SceneMarker marker;
+    marker.design.family = options.families[seed % 4];
+    marker.design.id = random.Below(marker.design.family.size());
+    const double pitch = random.Uniform(7, seed % 4 == 3 ? 40 : 90);
+    const double z =
+        test::DistanceForPitch(scene.camera, marker.design.family, marker.tag_size, pitch);
+    marker.t = {random.Uniform(-0.2, 0.2) * z, random.Uniform(-0.15, 0.15) * z, z};
+    marker.R = random.Tilted(random.Uniform(0, 65) * test::kDegree);
+    scene.markers = {marker};
+    scene.seed = seed;
+    const Image image = RenderScene(scene);
+    detect(detector, Upload(image.view(), 0, 0), &detections);
+    ExpectSame(host.detect(image.view()), detections);
+    if (HasFatalFailure()) return;
+    found += detections.size();
+  }
+  EXPECT_GT(found, 80U);
+}
+
+TEST_F(OpenClFrameTest, TheDetectorTakesHostFramesInBetween) {
+  Detector detector;
+  const std::string host = detector.backend();
+  const GuardedImage image = MakeFrame({320, 240, 0, FrameKind::kMarkers, 1});
+  const std::vector<Detection> expected = detector.detect(image.view());
+  std::vector<Detection> detections;
+  detect(detector, Upload(image.view(), 0, 0), &detections);
+  ExpectSame(expected, detections);
+  EXPECT_NE(detector.backend(), host);
+  ExpectSame(expected, detector.detect(image.view()));
+  EXPECT_EQ(detector.backend(), host);
+}
+
+TEST_F(OpenClFrameTest, RegionOfInterest) {
+  Options options;
+  options.roi = Rect{33, 17, 251, 199};
+  Detector host(options), detector(options);
+  std::vector<Detection> detections;
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    const GuardedImage image = MakeFrame({320, 240, 0, FrameKind::kMarkers, seed});
+    detect(detector, Upload(image.view(), 5, 3), &detections);
+    ExpectSame(host.detect(image.view()), detections);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST_F(OpenClFrameTest, WrongFramesAreRefused) {
+  Detector detector;
+  const GuardedImage image = MakeFrame({320, 240, 0, FrameKind::kMarkers, 1});
+  const OpenClFrame good = Upload(image.view(), 0, 0);
+  std::vector<Detection> detections;
+  const auto refused = [&](const OpenClFrame& frame, const char* part) {
+    ExpectError(ErrorCode::kInvalidArgument, {part}, [&] { detect(detector, frame, &detections); });
+  };
+  OpenClFrame frame = good;
+  frame.offset = 1;
+  refused(frame, "beyond its buffer");
+  frame = good;
+  frame.offset = ~size_t{0};
+  refused(frame, "beyond its buffer");
+  frame = good;
+  frame.stride += 1;
+  refused(frame, "beyond its buffer");
+  frame = good;
+  frame.stride -= 1;
+  refused(frame, "stride");
+  frame = good;
+  frame.width = 0;
+  refused(frame, "0x240");
+  frame = good;
+  frame.queue = nullptr;
+  refused(frame, "no queue");
+  frame = good;
+  frame.buffer = nullptr;
+  refused(frame, "no buffer");
+  Options options;
+  options.backend = BackendKind::kSimd;
+  Detector simd(options);
+  ExpectError(ErrorCode::kInvalidArgument, {"simd"}, [&] { detect(simd, good, &detections); });
+  detect(detector, good, &detections);
+}
+
+}  // namespace
+}  // namespace topotag

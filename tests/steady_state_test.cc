@@ -1,0 +1,171 @@
+// In steady state a frame allocates nothing.
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <atomic>
+#include <cstddef>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/frames.h"
+#include "tests/scene_util.h"
+#include "topotag/detector.h"
+
+namespace {
+
+std::atomic<bool> counting{false};
+std::atomic<int> allocations{0};
+
+void* Allocate(size_t size, size_t alignment) {
+  if (counting) ++allocations;
+  void* memory = nullptr;
+  if (posix_memalign(&memory, alignment, size == 0 ? 1 : size) != 0) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+void* operator new(size_t size) { return Allocate(size, alignof(std::max_align_t)); }
+void* operator new[](size_t size) { return Allocate(size, alignof(std::max_align_t)); }
+void* operator new(size_t size, std::align_val_t alignment) {
+  return Allocate(size, static_cast<size_t>(alignment));
+}
+void* operator new[](size_t size, std::align_val_t alignment) {
+  return Allocate(size, static_cast<size_t>(alignment));
+}
+void operator delete(void* memory) noexcept { free(memory); }
+void operator delete[](void* memory) noexcept { free(memory); }
+void operator delete(void* memory, size_t) noexcept { free(memory); }
+void operator delete[](void* memory, size_t) noexcept { free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { free(memory); }
+void operator delete(void* memory, size_t, std::align_val_t) noexcept { free(memory); }
+void operator delete[](void* memory, size_t, std::align_val_t) noexcept { free(memory); }
+
+namespace topotag {
+namespace {
+
+Scene MarkerScene(int width, int height, int columns, int rows, double pitch, uint64_t seed) {
+  test::Random random(seed);
+  Scene scene;
+  scene.camera = test::PinholeCamera(width, height, 900);
+  scene.camera.model = DistortionModel::kBrown;
+  scene.camera.distortion[0] = -0.05;
+  const double step_x = static_cast<double>(width) / columns;
+  const double step_y = static_cast<double>(height) / rows;
+  for (int i = 0; i < columns * rows; ++i) {
+    SceneMarker marker;
+    marker.design.family = Family(3 + i % 3);
+    marker.design.id = random.Below(marker.design.family.size());
+    const double z =
+        test::DistanceForPitch(scene.camera, marker.design.family, marker.tag_size, pitch);
+    marker.R = random.Tilted(random.Uniform(0, 45) * test::kDegree);
+    marker.t = {(i % columns + 0.5 - columns / 2.0) * step_x * z / 900,
+                (i / columns + 0.5 - rows / 2.0) * step_y * z / 900, z};
+    scene.markers.push_back(marker);
+  }
+  return scene;
+}
+
+class SteadyStateTest : public ::testing::TestWithParam<std::pair<BackendKind, int>> {
+ protected:
+  Options MakeOptions() const {
+    Options options;
+    options.backend = GetParam().first;
+    options.threads = GetParam().second;
+    return options;
+  }
+
+  // Allocations while the detector runs once over all frames.
+  int Allocations(Detector* detector, const std::vector<ImageView>& frames) {
+    allocations = 0;
+    counting = true;
+    for (const ImageView& frame : frames) detector->detect(frame, &detections_);
+    counting = false;
+    return allocations;
+  }
+
+  std::vector<Detection> detections_;
+};
+
+INSTANTIATE_TEST_SUITE_P(
+    Backends, SteadyStateTest,
+    ::testing::Values(std::pair(BackendKind::kScalar, 1), std::pair(BackendKind::kSimd, 1),
+                      std::pair(BackendKind::kSimd, 2), std::pair(BackendKind::kSimd, 4)),
+    [](const auto& info) {
+      return std::string(Name(info.param.first)) + std::to_string(info.param.second);
+    });
+
+TEST(AllocationCountTest, EveryKindIsCounted) {
+  struct alignas(128) Aligned {
+    char bytes[128];
+  };
+  allocations = 0;
+  counting = true;
+  delete new int;
+  delete[] new int[3];
+  delete new Aligned;
+  std::vector<int>(5);
+  counting = false;
+  EXPECT_GE(allocations, 3);  // a compiler may leave out some
+}
+
+TEST_P(SteadyStateTest, TwentyMarkersWithPoses) {
+  const Scene scene = MarkerScene(1280, 960, 5, 4, 10, 1);
+  const Image image = RenderScene(scene);
+  Options options = MakeOptions();
+  options.camera = scene.camera;
+  options.tag_size = 0.05;
+  Detector detector(options);
+  EXPECT_GT(Allocations(&detector, {image.view()}), 0);
+  EXPECT_GE(detections_.size(), 15u);
+  EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(20, image.view())), 0);
+}
+
+// Too small to be read at once: doubtful areas are looked at again.
+TEST_P(SteadyStateTest, SmallMarkersOfSecondLooks) {
+  const Image image = RenderScene(MarkerScene(640, 480, 6, 5, 6.5, 2));
+  Detector detector(MakeOptions());
+  Allocations(&detector, {image.view()});
+  EXPECT_GE(detections_.size(), 5u);
+  EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(20, image.view())), 0);
+}
+
+TEST_P(SteadyStateTest, AnyContent) {
+  for (int kind = 0; kind < kFrameKinds; ++kind) {
+    const GuardedImage image =
+        MakeFrame({600, 400, 0, FrameKind(kind), static_cast<uint64_t>(kind)});
+    Detector detector(MakeOptions());
+    Allocations(&detector, {image.view()});
+    EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(10, image.view())), 0)
+        << Name(FrameKind(kind));
+  }
+}
+
+// Only growth allocates: once every frame has been seen, none does, in whatever order they come.
+TEST_P(SteadyStateTest, SizesThatShrinkAndGrow) {
+  std::vector<GuardedImage> frames;
+  for (const int side : {40, 700, 200}) {
+    for (const FrameKind kind : {FrameKind::kBinaryNoise, FrameKind::kMarkers, FrameKind::kNoise}) {
+      frames.push_back(MakeFrame({side, side / 2, 0, kind, static_cast<uint64_t>(side)}));
+    }
+  }
+  const Image markers = RenderScene(MarkerScene(640, 480, 4, 3, 9, 3));
+  std::vector<ImageView> views{markers.view()};
+  for (const GuardedImage& frame : frames) views.push_back(frame.view());
+  for (const Preset preset : {Preset::kDefault, Preset::kPaper}) {
+    Options options = MakeOptions();
+    options.preset = preset;
+    Detector detector(options);
+    EXPECT_GT(Allocations(&detector, views), 0);
+    EXPECT_EQ(Allocations(&detector, views), 0);
+    std::reverse(views.begin(), views.end());
+    EXPECT_EQ(Allocations(&detector, views), 0);
+  }
+}
+
+}  // namespace
+}  // namespace topotag
