@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Instructions a frame of each stage on one thread, by callgrind: exact where times are not. Second
-# looks are counted with the stages that they run. Needs valgrind.
+# looks are counted with the stages that they run. Needs valgrind, which has AVX2 at most.
 #   bench/instructions.sh BUILD_FOLDER [BACKEND...]     (default: scalar simd)
 set -euo pipefail
 

@@ -24,9 +24,12 @@ void ThresholdRow(const ThresholdGrid& grid, int y, int width, uint8_t* out) {
   for (int tile = 0; tile * kTile < width; ++tile) {
     const int right = VerticalThreshold(upper, lower, tile + 1, weight);
     const int columns = std::min(kTile, width - tile * kTile);
+    const int floor = grid.floor[grid.tile(y / kTile, tile)];
+    const int ceiling = grid.ceiling[grid.tile(y / kTile, tile)];
     for (int c = 0; c < columns; ++c) {
       const int sum = left * (2 * kTile - (2 * c + 1)) + right * (2 * c + 1);
-      *out++ = static_cast<uint8_t>((sum + 128) >> (5 + kThresholdShift));
+      *out++ =
+          static_cast<uint8_t>(std::clamp((sum + 128) >> (5 + kThresholdShift), floor, ceiling));
     }
     left = right;
   }

@@ -110,6 +110,25 @@ size_t PyramidSize(int cols, int rows) {
   return total;
 }
 
+// A tile without contrast is all of one colour: the one of the middle of its range under the mean
+// threshold of its corners.
+void ColourFlatTiles(const ThresholdParams& params, const ThresholdWorkspace& ws,
+                     ThresholdGrid* grid) {
+  for (int r = 0; r + 1 < grid->rows; ++r) {
+    for (int c = 0; c + 1 < grid->cols; ++c) {
+      const size_t tile = grid->tile(r, c);
+      const int lo = ws.tile_min[tile];
+      const int hi = ws.tile_max[tile];
+      const uint16_t* upper = grid->row(r) + c;
+      const uint16_t* lower = grid->row(r + 1) + c;
+      const bool white = 16 * (lo + hi) >= upper[0] + upper[1] + lower[0] + lower[1];
+      const bool flat = hi - lo < params.min_contrast;
+      grid->floor[tile] = flat && !white ? 255 : 0;
+      grid->ceiling[tile] = flat && white ? 0 : 255;
+    }
+  }
+}
+
 void DefaultMap(const ImageView& image, const ThresholdParams& params, ThresholdWorkspace* ws,
                 ThresholdGrid* grid) {
   TileExtremes(image, grid->cols - 1, grid->rows - 1, ws);
@@ -126,20 +145,8 @@ void DefaultMap(const ImageView& image, const ThresholdParams& params, Threshold
   ws->pyramid.resize(PyramidSize(grid->cols, grid->rows));
   if (!PushPull(grid->cols, grid->rows, grid->value.data(), &ws->pyramid, 0)) {
     std::fill(grid->value.begin(), grid->value.end(), uint16_t{0});
-    return;
   }
-  for (size_t i = 0; i < corners; ++i) {
-    const int lo = ws->corner_min[i];
-    const int hi = ws->corner_max[i];
-    const int contrast = hi - lo;
-    if (contrast >= params.min_contrast) continue;
-    // Single pixels reach further than the extremes of means: half the range and 2 levels more.
-    const int guard = 4 * contrast + 16;
-    int value = grid->value[i];
-    value =
-        value >= 4 * (lo + hi) ? std::max(value, 8 * hi + guard) : std::min(value, 8 * lo - guard);
-    grid->value[i] = static_cast<uint16_t>(std::clamp(value, 0, kMaxThreshold));
-  }
+  ColourFlatTiles(params, *ws, grid);
 }
 
 constexpr int kBlock = 4;         // s1
@@ -234,6 +241,8 @@ void ThresholdMap(const ImageView& image, const ThresholdParams& params,
                   ThresholdWorkspace* workspace, ThresholdGrid* grid) {
   grid->Resize(image.width, image.height);
   if (params.preset == Preset::kPaper) {
+    std::fill(grid->floor.begin(), grid->floor.end(), uint8_t{0});
+    std::fill(grid->ceiling.begin(), grid->ceiling.end(), uint8_t{255});
     PaperMap(image, params, workspace, grid);
   } else {
     DefaultMap(image, params, workspace, grid);

@@ -20,9 +20,9 @@ struct ThresholdWorkspace {
 /// Threshold map: image -> thresholds at tile corners. Paper: section 4.1.
 ///
 /// kDefault: the threshold of a corner with contrast lies contrast_sixteenths of the way from the
-/// darkest to the brightest grey level of its four tiles; corners without contrast take theirs from
-/// those with it (push-pull), moved out of the corner's own range, so that flat areas come out in
-/// one colour. kPaper: means of the image reduced by s1, clamped from below at alpha, over w x w,
+/// darkest to the brightest grey level of its four tiles; corners without contrast take the largest
+/// one near them (push-pull). A tile without contrast is all of one colour. kPaper: means of the
+/// image reduced by s1, clamped from below at alpha, over w x w,
 /// every s2-th, times the bin factor and not below beta. Border: tiles and blocks at the right and
 /// bottom hold the pixels that exist.
 void ThresholdMap(const ImageView& image, const ThresholdParams& params,

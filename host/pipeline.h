@@ -24,7 +24,7 @@ inline constexpr int kMaxThreshold = 255 << kThresholdShift;
 
 struct ThresholdParams {
   Preset preset = Preset::kDefault;
-  /// kDefault: a tile corner decides by itself where its surroundings span this many grey levels.
+  /// kDefault: a tile or a corner has contrast where it spans this many grey levels.
   int min_contrast = 20;
   /// Where between the darkest and the brightest grey level it puts the threshold. Holes and gaps
   /// are 1 unit wide, nodes 3: below the middle, blur closes fewer of them.
@@ -36,20 +36,30 @@ struct ThresholdParams {
 };
 
 /// Thresholds at tile corners: node (row, col) lies on the corner between pixels, at pixel
-/// coordinates (kTile * col - 0.5, kTile * row - 0.5).
+/// coordinates (kTile * col - 0.5, kTile * row - 0.5). Between them they are interpolated, in whole
+/// grey levels, and clamped to the tile's own bounds.
 struct ThresholdGrid {
   int cols = 0;  ///< ceil(width / kTile) + 1
   int rows = 0;  ///< ceil(height / kTile) + 1
   std::vector<uint16_t> value;
+  /// Bounds of the thresholds in each tile, (rows - 1) x (cols - 1): 0 and 255, or 0 and 0 in a
+  /// tile that is all white, or 255 and 255 in one that is all black.
+  std::vector<uint8_t> floor, ceiling;
 
   void Resize(int image_width, int image_height) {
     cols = (image_width + kTile - 1) / kTile + 1;
     rows = (image_height + kTile - 1) / kTile + 1;
     value.resize(static_cast<size_t>(cols) * static_cast<size_t>(rows));
+    floor.resize(tile(rows - 1, 0));
+    ceiling.resize(floor.size());
   }
   uint16_t* row(int r) { return value.data() + static_cast<size_t>(r) * static_cast<size_t>(cols); }
   const uint16_t* row(int r) const {
     return value.data() + static_cast<size_t>(r) * static_cast<size_t>(cols);
+  }
+  /// Index of a tile.
+  size_t tile(int r, int c) const {
+    return static_cast<size_t>(r) * static_cast<size_t>(cols - 1) + static_cast<size_t>(c);
   }
 };
 

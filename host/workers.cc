@@ -11,6 +11,10 @@ namespace {
 constexpr std::chrono::microseconds kSpin{100};
 constexpr int kPausesPerLook = 8;
 
+constexpr uint64_t Pack(uint64_t first, uint64_t end) { return first << 32 | end; }
+constexpr uint64_t First(uint64_t part) { return part >> 32; }
+constexpr uint64_t End(uint64_t part) { return part & 0xffffffff; }
+
 template <typename Condition>
 bool SpinUntil(const Condition& condition) {
   const auto end = std::chrono::steady_clock::now() + kSpin;
@@ -25,9 +29,9 @@ bool SpinUntil(const Condition& condition) {
 
 }  // namespace
 
-Workers::Workers(int threads) {
+Workers::Workers(int threads) : parts_(static_cast<size_t>(threads)) {
   try {
-    for (int i = 1; i < threads; ++i) others_.emplace_back([this] { Serve(); });
+    for (size_t i = 1; i < parts_.size(); ++i) others_.emplace_back([this, i] { Serve(i); });
   } catch (...) {
     Stop();
     throw;
@@ -46,49 +50,63 @@ void Workers::Stop() {
 }
 
 void Workers::Run(int count, Call call, const void* context) {
-  count_ = count;
   call_ = call;
   context_ = context;
   unfinished_.store(count, std::memory_order_relaxed);
-  // Sequentially consistent, as the two lines in WaitForTask: either a thread that parks sees the
-  // tasks, or it is seen here.
-  open_.store(count);
+  const uint64_t threads = parts_.size();
+  const auto tasks = static_cast<uint64_t>(count);
+  for (uint64_t i = 0; i < threads; ++i) {
+    parts_[i].open.store(Pack(tasks * i / threads, tasks * (i + 1) / threads),
+                         std::memory_order_release);
+  }
+  // Sequentially consistent, as the two lines in WaitForJob: either a thread that parks sees the
+  // job, or it is seen here.
+  job_.fetch_add(1);
   if (parked_.exchange(false)) {
     { const std::lock_guard<std::mutex> lock(mutex_); }
     wake_.notify_all();
   }
-  while (RunOne()) {
-  }
+  RunOpen(0);
   const auto ended = [this] { return unfinished_.load(std::memory_order_acquire) == 0; };
   while (!SpinUntil(ended)) std::this_thread::yield();
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-bool Workers::RunOne() {
-  int open = open_.load(std::memory_order_relaxed);
-  do {
-    if (open == 0) return false;
-  } while (!open_.compare_exchange_weak(open, open - 1, std::memory_order_acq_rel,
-                                        std::memory_order_relaxed));
+void Workers::RunOpen(size_t thread) {
+  for (size_t i = 0; i < parts_.size(); ++i) {
+    std::atomic<uint64_t>& part = parts_[(thread + i) % parts_.size()].open;
+    uint64_t open = part.load(std::memory_order_relaxed);
+    while (First(open) != End(open)) {
+      const uint64_t left = i == 0
+                                ? Pack(First(open) + 1, End(open))  // from the front of one's own
+                                : Pack(First(open), End(open) - 1);
+      if (!part.compare_exchange_weak(open, left, std::memory_order_acq_rel,
+                                      std::memory_order_relaxed)) {
+        continue;
+      }
+      RunOne(static_cast<int>(i == 0 ? First(open) : End(left)));
+      open = part.load(std::memory_order_relaxed);
+    }
+  }
+}
+
+void Workers::RunOne(int index) {
   try {
-    call_(context_, count_ - open);
+    call_(context_, index);
   } catch (...) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!error_) error_ = std::current_exception();
   }
   unfinished_.fetch_sub(1, std::memory_order_acq_rel);
-  return true;
 }
 
-void Workers::Serve() {
-  while (WaitForTask()) {
-    while (RunOne()) {
-    }
-  }
+void Workers::Serve(size_t thread) {
+  uint32_t seen = 0;
+  while (WaitForJob(&seen)) RunOpen(thread);
 }
 
-bool Workers::WaitForTask() {
-  const auto ready = [this] { return open_.load() != 0 || stop_.load(); };
+bool Workers::WaitForJob(uint32_t* seen) {
+  const auto ready = [&] { return job_.load() != *seen || stop_.load(); };
   if (!SpinUntil(ready)) {
     std::unique_lock<std::mutex> lock(mutex_);
     for (;;) {
@@ -97,6 +115,7 @@ bool Workers::WaitForTask() {
       wake_.wait(lock);
     }
   }
+  *seen = job_.load();
   return !stop_;
 }
 

@@ -28,8 +28,10 @@ constexpr hn::CappedTag<int16_t, 32> kI16;
 constexpr size_t kMaxCorners = kMaxImageSide / kTile + 2 + 256;
 
 struct Lines {
-  HWY_ALIGN int16_t base[kMaxCorners];  // 32 times the threshold at the corner, plus 128 to round
-  HWY_ALIGN int16_t step[kMaxCorners];  // to the next corner, per 32th of a tile
+  HWY_ALIGN int16_t base[kMaxCorners];   // 32 times the threshold at the corner, plus 128 to round
+  HWY_ALIGN int16_t step[kMaxCorners];   // to the next corner, per 32th of a tile
+  HWY_ALIGN uint8_t floor[kMaxCorners];  // of each tile
+  HWY_ALIGN uint8_t ceiling[kMaxCorners];
 };
 
 // Interpolates the rows of corners vertically. All products fit 16 bits modulo 2^16, and the final
@@ -37,6 +39,8 @@ struct Lines {
 void InterpolateCorners(const ThresholdGrid& grid, int y, Lines* lines) {
   const uint16_t* upper = grid.row(y / kTile);
   const uint16_t* lower = grid.row(y / kTile + 1);
+  std::copy_n(grid.floor.data() + grid.tile(y / kTile, 0), grid.cols - 1, lines->floor);
+  std::copy_n(grid.ceiling.data() + grid.tile(y / kTile, 0), grid.cols - 1, lines->ceiling);
   const int group = (y % kTile) / kRowsPerThreshold;
   const int weight = group * kRowsPerThreshold + kRowsPerThreshold / 2;
   const size_t cols = static_cast<size_t>(grid.cols);
@@ -72,6 +76,7 @@ class Interpolator {
     const auto block = hn::ShiftRight<3>(hn::Iota(kU16, 0));
     pick_ =
         hn::BitCast(kI16, hn::Add(hn::Mul(block, hn::Set(kU16, 0x0202)), hn::Set(kU16, 0x0100)));
+    pick_byte_ = hn::BitCast(kU8, hn::Mul(block, hn::Set(kU16, 0x0101)));
     // 4 i + 1 for the i-th pair of a tile: weight of the right corner at its even pixel.
     const auto pair = hn::And(hn::Iota(kI16, 0), hn::Set(kI16, 7));
     weight_ = hn::Add(hn::ShiftLeft<2>(pair), hn::Set(kI16, 1));
@@ -86,12 +91,16 @@ class Interpolator {
     const auto odd = hn::Add(even, hn::Add(step, step));
     const auto low = hn::ShiftRight<8>(hn::BitCast(kU16, even));
     const auto high = hn::And(hn::BitCast(kU16, odd), hn::Set(kU16, 0xff00));
-    return hn::BitCast(kU8, hn::Or(low, high));
+    const auto floor = hn::TableLookupBytes(hn::LoadDup128(kU8, lines.floor + corner), pick_byte_);
+    const auto ceiling =
+        hn::TableLookupBytes(hn::LoadDup128(kU8, lines.ceiling + corner), pick_byte_);
+    return hn::Min(hn::Max(hn::BitCast(kU8, hn::Or(low, high)), floor), ceiling);
   }
 
  private:
   hn::Vec<decltype(kI16)> pick_;
   hn::Vec<decltype(kI16)> weight_;
+  hn::Vec<decltype(kU8)> pick_byte_;  // in block b: byte b, 16 times
 };
 
 template <class V>
@@ -167,7 +176,7 @@ namespace {
 
 HWY_EXPORT(BinarizeRows);
 
-constexpr int kRowsPerTask = 64;  // a multiple of kRowsPerThreshold
+constexpr int kRowsPerTask = 32;  // a multiple of kRowsPerThreshold
 
 }  // namespace
 

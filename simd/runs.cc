@@ -166,7 +166,7 @@ namespace {
 HWY_EXPORT(FindBandChanges);
 HWY_EXPORT(FindBandRuns);
 
-constexpr int kBandsPerTask = 4;
+constexpr int kBandsPerTask = 2;
 // What vectors may read or write behind a row's end.
 constexpr size_t kSlack = 64;
 

@@ -81,9 +81,11 @@ void TileExtremes(const ImageView& image, int tile_row, uint8_t* tile_min, uint8
 
 // One row of corners from the rows of tiles above and below it, which begin one tile to the left.
 // Fills the padding with corners without contrast.
-void CornerRow(const ThresholdParams& params, int cols, const ThresholdWorkspace& ws, int row,
-               uint8_t* corner_min, uint8_t* corner_max, int16_t* value) {
-  const auto stride = static_cast<size_t>(ws.stride);
+void CornerRow(const ThresholdParams& params, int cols, ThresholdWorkspace* ws, int row,
+               int16_t* value) {
+  uint8_t* corner_min = ws->corner_min.data();
+  uint8_t* corner_max = ws->corner_max.data();
+  const auto stride = static_cast<size_t>(ws->stride);
   const size_t above = static_cast<size_t>(row) * stride;
   const auto corner = [&](const uint8_t* tile, size_t c, auto extreme) {
     return extreme(
@@ -92,9 +94,9 @@ void CornerRow(const ThresholdParams& params, int cols, const ThresholdWorkspace
   };
   const size_t count = static_cast<size_t>(cols);
   for (size_t c = 0; c < count; c += hn::Lanes(kU8)) {
-    hn::StoreU(corner(ws.tile_min.data() + above, c, [](auto a, auto b) { return hn::Min(a, b); }),
+    hn::StoreU(corner(ws->tile_min.data() + above, c, [](auto a, auto b) { return hn::Min(a, b); }),
                kU8, corner_min + c);
-    hn::StoreU(corner(ws.tile_max.data() + above, c, [](auto a, auto b) { return hn::Max(a, b); }),
+    hn::StoreU(corner(ws->tile_max.data() + above, c, [](auto a, auto b) { return hn::Max(a, b); }),
                kU8, corner_max + c);
   }
   const auto min_contrast = hn::Set(kI16, static_cast<int16_t>(params.min_contrast));
@@ -141,23 +143,25 @@ void PullRow(const int16_t* coarse, int cols, int16_t* fine) {
   }
 }
 
-// Moves the thresholds of corners without contrast out of the corners' own range.
-void GuardRow(const ThresholdParams& params, int cols, const uint8_t* corner_min,
-              const uint8_t* corner_max, int16_t* value) {
+// One row of tiles between two rows of corners, see scalar::ColourFlatTiles. Writes whole vectors.
+void ColourFlatTiles(const ThresholdParams& params, int tile_cols, const uint8_t* tile_min,
+                     const uint8_t* tile_max, const int16_t* upper, const int16_t* lower,
+                     uint8_t* floor, uint8_t* ceiling) {
   const auto min_contrast = hn::Set(kI16, static_cast<int16_t>(params.min_contrast));
-  const size_t count = static_cast<size_t>(cols);
+  const auto level = hn::Set(kI16, 255);
+  const size_t count = static_cast<size_t>(tile_cols);
   for (size_t c = 0; c < count; c += hn::Lanes(kI16)) {
-    const auto lo = hn::PromoteTo(kI16, hn::LoadU(kU8Half, corner_min + c));
-    const auto hi = hn::PromoteTo(kI16, hn::LoadU(kU8Half, corner_max + c));
-    const auto contrast = hn::Sub(hi, lo);
-    const auto guard = hn::Add(hn::ShiftLeft<2>(contrast), hn::Set(kI16, 16));
-    const auto own = hn::LoadU(kI16, value + c);
-    const auto above = hn::Max(own, hn::Add(hn::ShiftLeft<3>(hi), guard));
-    const auto below = hn::Min(own, hn::Sub(hn::ShiftLeft<3>(lo), guard));
-    const auto is_low = hn::Lt(own, hn::ShiftLeft<2>(hn::Add(lo, hi)));
-    const auto moved = hn::Min(hn::Max(hn::IfThenElse(is_low, below, above), hn::Zero(kI16)),
-                               hn::Set(kI16, static_cast<int16_t>(kMaxThreshold)));
-    hn::StoreU(hn::IfThenElse(hn::Lt(contrast, min_contrast), moved, own), kI16, value + c);
+    const auto lo = hn::PromoteTo(kI16, hn::LoadU(kU8Half, tile_min + c));
+    const auto hi = hn::PromoteTo(kI16, hn::LoadU(kU8Half, tile_max + c));
+    const auto corners =
+        hn::Add(hn::Add(hn::LoadU(kI16, upper + c), hn::LoadU(kI16, upper + c + 1)),
+                hn::Add(hn::LoadU(kI16, lower + c), hn::LoadU(kI16, lower + c + 1)));
+    const auto flat = hn::Lt(hn::Sub(hi, lo), min_contrast);
+    const auto black = hn::Lt(hn::ShiftLeft<4>(hn::Add(lo, hi)), corners);
+    const auto flat_black = hn::IfThenElseZero(hn::And(flat, black), level);
+    const auto not_flat_white = hn::IfThenElse(flat, hn::IfThenElseZero(black, level), level);
+    hn::StoreU(hn::DemoteTo(kU8Half, flat_black), kU8Half, floor + c);
+    hn::StoreU(hn::DemoteTo(kU8Half, not_flat_white), kU8Half, ceiling + c);
   }
 }
 
@@ -200,24 +204,24 @@ void Tiles(const ImageView& image, int tile_row, ThresholdWorkspace* ws) {
 
 void Corners(const ThresholdParams& params, ThresholdWorkspace* ws, ThresholdGrid* grid) {
   const ThresholdLevel& finest = ws->levels[0];
-  const auto corner_row = [&](Buffer<uint8_t>& corners, int r) {
-    return corners.data() + static_cast<size_t>(r) * static_cast<size_t>(ws->stride);
-  };
   const auto cell_row = [&](int r) {
     return ws->cells.data() + static_cast<size_t>(r) * static_cast<size_t>(finest.stride);
   };
   for (int r = 0; r < finest.rows; ++r) {
-    CornerRow(params, finest.cols, *ws, r, corner_row(ws->corner_min, r),
-              corner_row(ws->corner_max, r), cell_row(r));
+    CornerRow(params, finest.cols, ws, r, cell_row(r));
   }
   if (!PushPull(ws)) {
-    std::fill(grid->value.begin(), grid->value.end(), uint16_t{0});
-    return;
+    for (int r = 0; r < finest.rows; ++r) std::fill_n(cell_row(r), finest.cols, 0);
   }
-  for (int r = 0; r < finest.rows; ++r) {
-    GuardRow(params, finest.cols, corner_row(ws->corner_min, r), corner_row(ws->corner_max, r),
-             cell_row(r));
-    std::copy_n(cell_row(r), finest.cols, grid->row(r));
+  for (int r = 0; r < finest.rows; ++r) std::copy_n(cell_row(r), finest.cols, grid->row(r));
+  for (int r = 0; r + 1 < finest.rows; ++r) {
+    const size_t tiles = static_cast<size_t>(r + 1) * static_cast<size_t>(ws->stride) + 1;
+    uint8_t* floor = ws->floor.data();
+    uint8_t* ceiling = ws->ceiling.data();
+    ColourFlatTiles(params, finest.cols - 1, ws->tile_min.data() + tiles,
+                    ws->tile_max.data() + tiles, cell_row(r), cell_row(r + 1), floor, ceiling);
+    std::copy_n(floor, finest.cols - 1, grid->floor.data() + grid->tile(r, 0));
+    std::copy_n(ceiling, finest.cols - 1, grid->ceiling.data() + grid->tile(r, 0));
   }
 }
 
@@ -232,7 +236,7 @@ namespace {
 HWY_EXPORT(Tiles);
 HWY_EXPORT(Corners);
 
-constexpr int kTileRowsPerTask = 4;
+constexpr int kTileRowsPerTask = 2;
 // Twice the longest vector of any target: bytes of tiles, or cells.
 constexpr int kPadding = 512;
 
@@ -242,8 +246,10 @@ int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple 
 void Prepare(const ThresholdGrid& grid, ThresholdWorkspace* ws) {
   ws->stride = RoundUp(grid.cols + 1, kPadding) + kPadding;
   const size_t bytes = static_cast<size_t>(ws->stride) * static_cast<size_t>(grid.rows + 1);
-  for (Buffer<uint8_t>* tiles : {&ws->tile_min, &ws->tile_max, &ws->corner_min, &ws->corner_max}) {
-    tiles->Reserve(bytes);
+  ws->tile_min.Reserve(bytes);
+  ws->tile_max.Reserve(bytes);
+  for (Buffer<uint8_t>* row : {&ws->corner_min, &ws->corner_max, &ws->floor, &ws->ceiling}) {
+    row->Reserve(static_cast<size_t>(ws->stride));
   }
   // No tiles above the first and below the last row.
   for (const int row : {0, grid.rows}) {

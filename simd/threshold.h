@@ -25,9 +25,10 @@ struct ThresholdLevel {
 
 /// Memory of ThresholdMap, kept between frames.
 struct ThresholdWorkspace {
-  int stride = 0;                      ///< bytes from one row of tiles or corners to the next
-  Buffer<uint8_t> tile_min, tile_max;  ///< with a border of one tile that is neutral
-  Buffer<uint8_t> corner_min, corner_max;
+  int stride = 0;                          ///< bytes from one row of tiles or corners to the next
+  Buffer<uint8_t> tile_min, tile_max;      ///< with a border of one tile that is neutral
+  Buffer<uint8_t> corner_min, corner_max;  ///< of one row
+  Buffer<uint8_t> floor, ceiling;          ///< of one row of tiles
   Buffer<int16_t> cells;
   std::vector<ThresholdLevel> levels;
   scalar::ThresholdWorkspace paper;
