@@ -23,47 +23,52 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::CappedTag<uint8_t, 64> kU8;
 constexpr hn::CappedTag<uint16_t, 32> kU16;
 constexpr hn::CappedTag<int16_t, 32> kI16;
+constexpr hn::Rebind<uint8_t, decltype(kI16)> kU8Half;
 
 // Room for the corners of the widest image and the block that is read at each.
 constexpr size_t kMaxCorners = kMaxImageSide / kTile + 2 + 256;
 
 struct Lines {
-  HWY_ALIGN int16_t base[kMaxCorners];   // 32 times the threshold at the corner, plus 128 to round
-  HWY_ALIGN int16_t step[kMaxCorners];   // to the next corner, per 32th of a tile
-  HWY_ALIGN uint8_t floor[kMaxCorners];  // of each tile
+  // Of one row of tiles.
+  HWY_ALIGN uint16_t upper[kMaxCorners];
+  HWY_ALIGN uint16_t lower[kMaxCorners];
+  HWY_ALIGN uint8_t floor[kMaxCorners];
   HWY_ALIGN uint8_t ceiling[kMaxCorners];
+  // Of the rows of pixels that share thresholds.
+  HWY_ALIGN int16_t base[kMaxCorners];  // 32 times the threshold at the corner, plus 128 to round
+  HWY_ALIGN int16_t step[kMaxCorners];  // to the next corner, per 32th of a tile
 };
 
-// Interpolates the rows of corners vertically. All products fit 16 bits modulo 2^16, and the final
-// sums fit without.
-void InterpolateCorners(const ThresholdGrid& grid, int y, Lines* lines) {
-  const uint16_t* upper = grid.row(y / kTile);
-  const uint16_t* lower = grid.row(y / kTile + 1);
-  std::copy_n(grid.floor.data() + grid.tile(y / kTile, 0), grid.cols - 1, lines->floor);
-  std::copy_n(grid.ceiling.data() + grid.tile(y / kTile, 0), grid.cols - 1, lines->ceiling);
+void LoadTiles(const ThresholdGrid& grid, int tile_row, Lines* lines) {
+  std::copy_n(grid.row(tile_row), grid.cols, lines->upper);
+  std::copy_n(grid.row(tile_row + 1), grid.cols, lines->lower);
+  std::copy_n(grid.floor.data() + grid.tile(tile_row, 0), grid.cols - 1, lines->floor);
+  std::copy_n(grid.ceiling.data() + grid.tile(tile_row, 0), grid.cols - 1, lines->ceiling);
+}
+
+// Interpolates the corners of the tiles vertically for the group of rows at y. All products fit 16
+// bits modulo 2^16, and the final sums fit without. A tile of one colour does not step, and its
+// base is its floor or its ceiling, 256 times.
+void InterpolateCorners(int y, int cols, Lines* lines) {
   const int group = (y % kTile) / kRowsPerThreshold;
   const int weight = group * kRowsPerThreshold + kRowsPerThreshold / 2;
-  const size_t cols = static_cast<size_t>(grid.cols);
   const auto w_upper = hn::Set(kU16, static_cast<uint16_t>(kTile - weight));
   const auto w_lower = hn::Set(kU16, static_cast<uint16_t>(weight));
-  const size_t lanes = hn::Lanes(kU16);
-  HWY_ALIGN uint16_t tail[2][HWY_MAX_BYTES / sizeof(uint16_t)];
-  for (size_t c = 0; c < cols; c += lanes) {
-    if (cols - c < lanes) {
-      std::copy_n(upper + c, cols - c, tail[0]);
-      std::copy_n(lower + c, cols - c, tail[1]);
-    }
-    const auto u = cols - c < lanes ? hn::Load(kU16, tail[0]) : hn::LoadU(kU16, upper + c);
-    const auto l = cols - c < lanes ? hn::Load(kU16, tail[1]) : hn::LoadU(kU16, lower + c);
-    const auto sum = hn::Add(hn::Mul(u, w_upper), hn::Mul(l, w_lower));
-    const auto value = hn::ShiftRight<4>(hn::Add(sum, hn::Set(kU16, kTile / 2)));
-    hn::Store(hn::BitCast(kI16, value), kI16, lines->step + c);
+  for (size_t c = 0; c < static_cast<size_t>(cols); c += hn::Lanes(kU16)) {
+    const auto upper = hn::Mul(hn::Load(kU16, lines->upper + c), w_upper);
+    const auto lower = hn::Mul(hn::Load(kU16, lines->lower + c), w_lower);
+    const auto sum = hn::Add(hn::Add(upper, lower), hn::Set(kU16, kTile / 2));
+    hn::Store(hn::BitCast(kI16, hn::ShiftRight<4>(sum)), kI16, lines->step + c);
   }
-  for (size_t c = 0; c < cols; c += lanes) {
+  for (size_t c = 0; c < static_cast<size_t>(cols); c += hn::Lanes(kI16)) {
+    const auto floor = hn::PromoteTo(kI16, hn::Load(kU8Half, lines->floor + c));
+    const auto ceiling = hn::PromoteTo(kI16, hn::Load(kU8Half, lines->ceiling + c));
+    const auto flat = hn::Eq(floor, ceiling);
     const auto value = hn::Load(kI16, lines->step + c);
     const auto next = hn::LoadU(kI16, lines->step + c + 1);
-    hn::Store(hn::Add(hn::ShiftLeft<5>(value), hn::Set(kI16, 128)), kI16, lines->base + c);
-    hn::Store(hn::Sub(next, value), kI16, lines->step + c);
+    const auto base = hn::Add(hn::ShiftLeft<5>(value), hn::Set(kI16, 128));
+    hn::Store(hn::IfThenElse(flat, hn::ShiftLeft<8>(floor), base), kI16, lines->base + c);
+    hn::Store(hn::IfThenZeroElse(flat, hn::Sub(next, value)), kI16, lines->step + c);
   }
 }
 
@@ -76,7 +81,6 @@ class Interpolator {
     const auto block = hn::ShiftRight<3>(hn::Iota(kU16, 0));
     pick_ =
         hn::BitCast(kI16, hn::Add(hn::Mul(block, hn::Set(kU16, 0x0202)), hn::Set(kU16, 0x0100)));
-    pick_byte_ = hn::BitCast(kU8, hn::Mul(block, hn::Set(kU16, 0x0101)));
     // 4 i + 1 for the i-th pair of a tile: weight of the right corner at its even pixel.
     const auto pair = hn::And(hn::Iota(kI16, 0), hn::Set(kI16, 7));
     weight_ = hn::Add(hn::ShiftLeft<2>(pair), hn::Set(kI16, 1));
@@ -91,16 +95,12 @@ class Interpolator {
     const auto odd = hn::Add(even, hn::Add(step, step));
     const auto low = hn::ShiftRight<8>(hn::BitCast(kU16, even));
     const auto high = hn::And(hn::BitCast(kU16, odd), hn::Set(kU16, 0xff00));
-    const auto floor = hn::TableLookupBytes(hn::LoadDup128(kU8, lines.floor + corner), pick_byte_);
-    const auto ceiling =
-        hn::TableLookupBytes(hn::LoadDup128(kU8, lines.ceiling + corner), pick_byte_);
-    return hn::Min(hn::Max(hn::BitCast(kU8, hn::Or(low, high)), floor), ceiling);
+    return hn::BitCast(kU8, hn::Or(low, high));
   }
 
  private:
   hn::Vec<decltype(kI16)> pick_;
   hn::Vec<decltype(kI16)> weight_;
-  hn::Vec<decltype(kU8)> pick_byte_;  // in block b: byte b, 16 times
 };
 
 template <class V>
@@ -155,7 +155,8 @@ void BinarizeRows(const ImageView& image, const ThresholdGrid& grid, int begin, 
   const Interpolator interpolator;
   Lines lines;
   for (int y = begin; y < end; y += kRowsPerThreshold) {
-    InterpolateCorners(grid, y, &lines);
+    if (y % kTile == 0) LoadTiles(grid, y / kTile, &lines);
+    InterpolateCorners(y, grid.cols, &lines);
     if (y + kRowsPerThreshold <= end) {
       BinarizeGroup<kRowsPerThreshold>(image, interpolator, lines, y, bits);
       continue;
@@ -176,7 +177,7 @@ namespace {
 
 HWY_EXPORT(BinarizeRows);
 
-constexpr int kRowsPerTask = 32;  // a multiple of kRowsPerThreshold
+constexpr int kRowsPerTask = 32;  // a multiple of kTile
 
 }  // namespace
 

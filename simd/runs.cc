@@ -127,6 +127,22 @@ uint32_t EmitBounds(const uint64_t* change, const uint64_t* above, size_t words,
   return static_cast<uint32_t>(out.count);
 }
 
+bool AreEqual(const uint64_t* a, const uint64_t* b, size_t words) {
+  for (size_t w = 0; w < words; w += hn::Lanes(kU64)) {
+    if (!hn::AllTrue(kU64, hn::Eq(hn::Load(kU64, a + w), hn::Load(kU64, b + w)))) return false;
+  }
+  return true;
+}
+
+// The same for a row that equals the one above, which has `runs` runs.
+uint32_t CopyBounds(const int16_t* above, uint32_t runs, int16_t* bound, int16_t* rank) {
+  std::copy_n(above, runs + kBoundsBehind, bound);
+  rank[0] = 0;
+  for (uint32_t k = 1; k < runs; ++k) rank[k] = static_cast<int16_t>(k - (~k & 1));
+  rank[runs] = static_cast<int16_t>(runs - 1);
+  return runs;
+}
+
 }  // namespace
 
 void FindBandChanges(const BitImage& bits, int first_row, uint64_t* first_change, size_t stride) {
@@ -143,15 +159,21 @@ void FindBandChanges(const BitImage& bits, int first_row, uint64_t* first_change
 void FindBandRuns(const uint64_t* changes, size_t stride, int first_row, uint32_t begin,
                   Components* components, int16_t* rank) {
   const auto words = static_cast<size_t>((components->width + 63) / 64) + 1;
+  const int16_t* bound_above = nullptr;
+  uint32_t runs = 0;
   for (int y = first_row; y < std::min(first_row + kBlockRows, components->height); ++y) {
     begin += kBoundsBefore;
     int16_t* bound = components->bound.data() + begin;
     std::fill_n(bound - kBoundsBefore, kBoundsBefore, int16_t{-2});
     const uint64_t* row = changes + static_cast<size_t>(y) * stride;
-    const uint32_t runs = EmitBounds(row, y == 0 ? row : row - stride, words, bound, rank + begin);
+    const uint64_t* above = y == 0 ? row : row - stride;
+    runs = bound_above != nullptr && AreEqual(row, above, words)
+               ? CopyBounds(bound_above, runs, bound, rank + begin)
+               : EmitBounds(row, above, words, bound, rank + begin);
     components->row_begin[static_cast<size_t>(y)] = begin;
     components->row_runs[static_cast<size_t>(y)] = runs;
     begin += runs + kBoundsBehind;
+    bound_above = bound;
   }
 }
 

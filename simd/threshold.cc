@@ -79,6 +79,16 @@ void TileExtremes(const ImageView& image, int tile_row, uint8_t* tile_min, uint8
   }
 }
 
+// Behind a row of `count` cells that was written in whole vectors.
+void ClearPadding(size_t count, int16_t* row) {
+  const size_t lanes = hn::Lanes(kI16);
+  const size_t last = (count - 1) / lanes * lanes;
+  const auto none = hn::Set(kI16, kNone);
+  hn::StoreU(hn::IfThenElse(hn::FirstN(kI16, count - last), hn::LoadU(kI16, row + last), none),
+             kI16, row + last);
+  hn::StoreU(none, kI16, row + last + lanes);
+}
+
 // One row of corners from the rows of tiles above and below it, which begin one tile to the left.
 // Fills the padding with corners without contrast.
 void CornerRow(const ThresholdParams& params, int cols, ThresholdWorkspace* ws, int row,
@@ -110,7 +120,7 @@ void CornerRow(const ThresholdParams& params, int cols, ThresholdWorkspace* ws, 
     hn::StoreU(hn::IfThenElse(hn::Lt(contrast, min_contrast), hn::Set(kI16, kNone), threshold),
                kI16, value + c);
   }
-  for (size_t c = count; c < hwy::RoundUpTo(count, 2 * hn::Lanes(kI16)); ++c) value[c] = kNone;
+  ClearPadding(count, value);
 }
 
 // One row of the coarse level: the largest of four cells. kNone is less than any value.
@@ -123,7 +133,7 @@ void PushRow(const int16_t* upper, const int16_t* lower, int coarse_cols, int16_
     hn::LoadInterleaved2(kI16, lower + 2 * c, even, odd);
     hn::StoreU(hn::Max(above, hn::Max(even, odd)), kI16, coarse + c);
   }
-  for (size_t c = count; c < hwy::RoundUpTo(count, 2 * hn::Lanes(kI16)); ++c) coarse[c] = kNone;
+  ClearPadding(count, coarse);
 }
 
 // Gives the cells of a row that have no value that of the coarse cell above them.
