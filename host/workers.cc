@@ -75,17 +75,17 @@ void Workers::Run(int count, Call call, const void* context) {
 void Workers::RunOpen(size_t thread) {
   for (size_t i = 0; i < parts_.size(); ++i) {
     std::atomic<uint64_t>& part = parts_[(thread + i) % parts_.size()].open;
-    uint64_t open = part.load(std::memory_order_relaxed);
+    uint64_t open = part.load(std::memory_order_acquire);
     while (First(open) != End(open)) {
-      const uint64_t left = i == 0
-                                ? Pack(First(open) + 1, End(open))  // from the front of one's own
-                                : Pack(First(open), End(open) - 1);
+      const bool from_front = (i == 0) != backward_;  // from the other end of somebody else's part
+      const uint64_t left =
+          from_front ? Pack(First(open) + 1, End(open)) : Pack(First(open), End(open) - 1);
       if (!part.compare_exchange_weak(open, left, std::memory_order_acq_rel,
-                                      std::memory_order_relaxed)) {
+                                      std::memory_order_acquire)) {
         continue;
       }
-      RunOne(static_cast<int>(i == 0 ? First(open) : End(left)));
-      open = part.load(std::memory_order_relaxed);
+      RunOne(static_cast<int>(from_front ? First(open) : End(left)));
+      open = part.load(std::memory_order_acquire);
     }
   }
 }

@@ -32,17 +32,17 @@ class Workers {
 
   int threads() const { return static_cast<int>(others_.size()) + 1; }
 
-  /// Calls task(0) .. task(count - 1), in any order, and returns when all have ended. The first
-  /// exception of a task is thrown here, after the others have ended.
+  /// Calls task(0) .. task(count - 1) and returns when all have ended. The first exception of a
+  /// task is thrown here, after the others have ended.
   template <typename Task>
   void For(int count, const Task& task) {
-    static_assert(std::is_invocable_v<const Task&, int>);
-    if (count <= 1 || others_.empty()) {
-      for (int i = 0; i < count; ++i) task(i);
-      return;
-    }
-    Run(
-        count, [](const void* context, int i) { (*static_cast<const Task*>(context))(i); }, &task);
+    RunAll(count, task, false);
+  }
+  /// The same, but every thread begins at the end of its part: after For, what it has seen last is
+  /// still in its caches.
+  template <typename Task>
+  void ForBackward(int count, const Task& task) {
+    RunAll(count, task, true);
   }
 
  private:
@@ -53,6 +53,18 @@ class Workers {
     std::atomic<uint64_t> open{0};
   };
 
+  template <typename Task>
+  void RunAll(int count, const Task& task, bool backward) {
+    static_assert(std::is_invocable_v<const Task&, int>);
+    if (count <= 1 || others_.empty()) {
+      for (int i = 0; i < count; ++i) task(backward ? count - 1 - i : i);
+      return;
+    }
+    backward_ = backward;
+    Run(
+        count, [](const void* context, int i) { (*static_cast<const Task*>(context))(i); }, &task);
+  }
+
   void Run(int count, Call call, const void* context);
   void RunOpen(size_t thread);
   void RunOne(int index);
@@ -61,6 +73,7 @@ class Workers {
   void Stop();
 
   // The job under way, written before its parts are opened and read by who has taken a task of it.
+  bool backward_ = false;
   Call call_ = nullptr;
   const void* context_ = nullptr;
   std::exception_ptr error_;

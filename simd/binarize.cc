@@ -183,7 +183,8 @@ constexpr int kRowsPerTask = 32;  // a multiple of kTile
 
 void Binarize(const ImageView& image, const ThresholdGrid& grid, Workers* workers, BitImage* bits) {
   bits->Resize(image.width, image.height);
-  workers->For((image.height + kRowsPerTask - 1) / kRowsPerTask, [&](int task) {
+  // The threshold map has just read the image in the other direction.
+  workers->ForBackward((image.height + kRowsPerTask - 1) / kRowsPerTask, [&](int task) {
     const int begin = task * kRowsPerTask;
     const int end = std::min(begin + kRowsPerTask, image.height);
     HWY_DYNAMIC_DISPATCH(BinarizeRows)(image, grid, begin, end, bits);
