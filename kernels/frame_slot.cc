@@ -142,6 +142,9 @@ void FrameSlot::Resize(int width, int height, Preset preset) {
   pyramid_.Reserve(engine_.context, flags, (pyramid + kSlack) * sizeof(cl_ushort));
   grid_.Reserve(engine_.context, CL_MEM_READ_WRITE,
                 (pitch * static_cast<size_t>(rows_) + kSlack) * sizeof(cl_ushort));
+  const size_t tiles = pitch * static_cast<size_t>(rows_);
+  floors_.Reserve(engine_.context, CL_MEM_READ_WRITE, tiles + kSlack);
+  ceilings_.Reserve(engine_.context, CL_MEM_READ_WRITE, tiles + kSlack);
   const size_t bytes = Words(width) * static_cast<size_t>(height) * sizeof(cl_ulong);
   const bool mapped = engine_.transfer == Transfer::kMapped;
   bits_.Reserve(engine_.context, CL_MEM_READ_WRITE | (mapped ? CL_MEM_ALLOC_HOST_PTR : 0), bytes);
@@ -183,8 +186,8 @@ void FrameSlot::Launch(const BufferFrame& frame, const ThresholdParams& params, 
     LaunchDefault(frame, params, wait_for);
   }
   SetArguments(kernels_.binarize, frame.buffer, cl_ulong{frame.offset}, cl_ulong{frame.stride},
-               cl_int{width_}, cl_int{height_}, grid_.get(), cl_int{pitch_},
-               cl_int{engine_.item_rows}, bits_.get());
+               cl_int{width_}, cl_int{height_}, grid_.get(), floors_.get(), ceilings_.get(),
+               cl_int{pitch_}, cl_int{engine_.item_rows}, bits_.get());
   const size_t item_rows = static_cast<size_t>(engine_.item_rows);
   const size_t groups = (static_cast<size_t>(height_) + item_rows - 1) / item_rows;
   Run(kernels_.binarize, {Words(width_), groups}, kWordGroup, nullptr, &binarized_);
@@ -199,8 +202,8 @@ void FrameSlot::LaunchDefault(const BufferFrame& frame, const ThresholdParams& p
       &first_done_);
   SetArguments(kernels_.default_grid, tile_min_.get(), tile_max_.get(), cl_int{cols_},
                cl_int{rows_}, cl_int{pitch_}, cl_int{params.min_contrast},
-               cl_int{params.contrast_sixteenths}, cl_int{kMaxThreshold}, pyramid_.get(),
-               grid_.get());
+               cl_int{params.contrast_sixteenths}, pyramid_.get(), grid_.get(), floors_.get(),
+               ceilings_.get());
   Run(kernels_.default_grid, engine_.grid_group, engine_.grid_group, nullptr, &grid_done_);
 }
 
@@ -215,7 +218,7 @@ void FrameSlot::LaunchPaper(const BufferFrame& frame, const ThresholdParams& par
   Run(kernels_.paper_samples, {static_cast<size_t>(sample_cols), static_cast<size_t>(sample_rows)},
       kSampleGroup, wait_for, &first_done_);
   SetArguments(kernels_.paper_grid, pyramid_.get(), sample_cols, sample_rows, cl_int{cols_},
-               cl_int{rows_}, cl_int{pitch_}, grid_.get());
+               cl_int{rows_}, cl_int{pitch_}, grid_.get(), floors_.get(), ceilings_.get());
   Run(kernels_.paper_grid, {static_cast<size_t>(cols_), static_cast<size_t>(rows_)}, kTileGroup,
       nullptr, &grid_done_);
 }
@@ -259,12 +262,19 @@ double FrameSlot::ThresholdTime() const { return DeviceTime(first_done_, grid_do
 
 void FrameSlot::ReadGrid(ThresholdGrid* grid) {
   grid->Resize(width_, height_);
+  const size_t cols = static_cast<size_t>(cols_);
+  const size_t rows = static_cast<size_t>(rows_);
+  ReadPlane(grid_, cols, rows, sizeof(uint16_t), grid->value.data());
+  ReadPlane(floors_, cols - 1, rows - 1, 1, grid->floor.data());
+  ReadPlane(ceilings_, cols - 1, rows - 1, 1, grid->ceiling.data());
+}
+
+void FrameSlot::ReadPlane(const DeviceBuffer& plane, size_t cols, size_t rows, size_t value_size,
+                          void* out) {
   const size_t origin[3] = {0, 0, 0};
-  const size_t region[3] = {static_cast<size_t>(cols_) * sizeof(uint16_t),
-                            static_cast<size_t>(rows_), 1};
-  TOPOTAG_CL(clEnqueueReadBufferRect, queue_.get(), grid_.get(), CL_TRUE, origin, origin, region,
-             static_cast<size_t>(pitch_) * sizeof(uint16_t), 0, region[0], 0, grid->value.data(), 0,
-             nullptr, nullptr);
+  const size_t region[3] = {cols * value_size, rows, 1};
+  TOPOTAG_CL(clEnqueueReadBufferRect, queue_.get(), plane.get(), CL_TRUE, origin, origin, region,
+             static_cast<size_t>(pitch_) * value_size, 0, region[0], 0, out, 0, nullptr, nullptr);
 }
 
 }  // namespace topotag::opencl

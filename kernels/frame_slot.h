@@ -106,6 +106,7 @@ class FrameSlot {
   void LaunchDefault(const BufferFrame& frame, const ThresholdParams& params, cl_event wait_for);
   void LaunchPaper(const BufferFrame& frame, const ThresholdParams& params, cl_event wait_for);
   void Download();
+  void ReadPlane(const DeviceBuffer& plane, size_t cols, size_t rows, size_t value_size, void* out);
   void Run(const Kernel& kernel, const Items& items, const Items& group, cl_event wait_for,
            Event* done);
 
@@ -116,7 +117,7 @@ class FrameSlot {
   int width_ = 0, height_ = 0;
   int cols_ = 0, rows_ = 0, pitch_ = 0;  ///< of the grid; kernels/threshold.cl
   Memory mapped_image_;
-  DeviceBuffer image_, tile_min_, tile_max_, pyramid_, grid_, bits_;
+  DeviceBuffer image_, tile_min_, tile_max_, pyramid_, grid_, floors_, ceilings_, bits_;
   PinnedBuffer image_staging_, bits_staging_;
   Event first_done_, grid_done_, binarized_, arrived_;
   void* mapped_bits_ = nullptr;  ///< while they are mapped

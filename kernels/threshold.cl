@@ -2,7 +2,8 @@
 // Equals scalar::ThresholdMap (fallback/threshold.cc), where the rules are explained.
 //
 // The grid has `rows` rows of `cols` values, `pitch` apart: a multiple of 16 that is at least
-// cols + 1. Values in the columns from `cols` on are unspecified.
+// cols + 1. The bounds of tile (r, c), floor and ceiling, are at r * pitch + c of planes of their
+// own. Values in the columns from `cols` on, and bounds that are no tile's, are unspecified.
 
 uchar16 PairMean(uchar16 a, uchar16 b) {
   return convert_uchar16((convert_ushort16(a) + convert_ushort16(b) + (ushort)1) >> (ushort)1);
@@ -93,12 +94,46 @@ void Push(global const short* coarse, int cols, int rows, global short* fine) {
   }
 }
 
+// The corners' values after the last level, 16 at a time; `flat` where there is no value at all.
+void PushToGrid(global const short* coarse, int cols, int rows, int pitch, bool flat,
+                global short* grid) {
+  const int coarse_cols = (cols + 1) / 2;
+  for (int r = get_local_id(1); r < rows; r += get_local_size(1)) {
+    for (int c = 16 * get_local_id(0); c < cols; c += 16 * get_local_size(0)) {
+      const int at = r * pitch + c;
+      const short16 own = vload16(0, grid + at);
+      const short8 above = vload8(0, coarse + r / 2 * coarse_cols + c / 2);
+      const short16 value = select(own, above.s0011223344556677, own == (short16)kNone);
+      vstore16(flat ? (short16)0 : value, 0, grid + at);
+    }
+  }
+}
+
+// The bounds of each tile: all of one colour where it has no contrast.
+void ColourFlatTiles(global const uchar* tile_min, global const uchar* tile_max,
+                     global const short* grid, int cols, int rows, int pitch, int min_contrast,
+                     global uchar* floors, global uchar* ceilings) {
+  for (int r = get_local_id(1); r + 1 < rows; r += get_local_size(1)) {
+    for (int c = 16 * get_local_id(0); c + 1 < cols; c += 16 * get_local_size(0)) {
+      const int at = r * pitch + c;
+      const short16 lo = convert_short16(vload16(0, tile_min + at + pitch + 1));
+      const short16 hi = convert_short16(vload16(0, tile_max + at + pitch + 1));
+      const short16 corners = vload16(0, grid + at) + vload16(0, grid + at + 1) +
+                              vload16(0, grid + at + pitch) + vload16(0, grid + at + pitch + 1);
+      const short16 flat = hi - lo < (short16)min_contrast;
+      const short16 white = (lo + hi) * (short)16 >= corners;
+      vstore16(convert_uchar16(flat & ~white & (short)255), 0, floors + at);
+      vstore16(convert_uchar16(~(flat & white) & (short)255), 0, ceilings + at);
+    }
+  }
+}
+
 // The thresholds of the default preset, in one work-group: of the corners with contrast; of the
-// others by push-pull; then moved out of the range of their own tiles. `pyramid` has room for all
-// levels and 8 more.
+// others by push-pull; then the bounds. `pyramid` has room for all levels and 8 more.
 kernel void DefaultGrid(global const uchar* tile_min, global const uchar* tile_max, int cols,
                         int rows, int pitch, int min_contrast, int contrast_sixteenths,
-                        int max_threshold, global short* pyramid, global short* grid) {
+                        global short* pyramid, global short* grid, global uchar* floors,
+                        global uchar* ceilings) {
   const int first = 16 * get_local_id(0);
   const int step = 16 * get_local_size(0);
   for (int r = get_local_id(1); r < rows; r += get_local_size(1)) {
@@ -136,26 +171,9 @@ kernel void DefaultGrid(global const uchar* tile_min, global const uchar* tile_m
     barrier(CLK_GLOBAL_MEM_FENCE);
     level = fine;
   }
-
-  const int coarse_cols = (cols + 1) / 2;
-  for (int r = get_local_id(1); r < rows; r += get_local_size(1)) {
-    for (int c = first; c < cols; c += step) {
-      const int at = r * pitch + c;
-      const short16 lo = CornerMin(tile_min + at, pitch);
-      const short16 hi = CornerMax(tile_max + at, pitch);
-      const short16 contrast = hi - lo;
-      const short16 guard = contrast * (short)4 + (short)16;
-      const short16 own = vload16(0, grid + at);
-      const short8 above = vload8(0, pyramid + r / 2 * coarse_cols + c / 2);
-      const short16 value = select(own, above.s0011223344556677, own == (short16)kNone);
-      const short16 moved =
-          select(min(value, lo * (short)8 - guard), max(value, hi * (short)8 + guard),
-                 value >= (lo + hi) * (short)4);
-      const short16 kept = select(value, clamp(moved, (short16)0, (short16)max_threshold),
-                                  contrast < (short16)min_contrast);
-      vstore16(flat ? (short16)0 : kept, 0, grid + at);
-    }
-  }
+  PushToGrid(pyramid, cols, rows, pitch, flat, grid);
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  ColourFlatTiles(tile_min, tile_max, grid, cols, rows, pitch, min_contrast, floors, ceilings);
 }
 
 enum { kBlock = 4, kWindow = 5, kStep = 8 };  // s1, w, s2
@@ -220,9 +238,11 @@ kernel void PaperSamples(global const uchar* image, ulong offset, ulong stride, 
       max((2 * scaled + 100 * count) / (200 * count), beta_eighths);
 }
 
-// The grid of the preset `paper`: linear interpolation of the samples; one value a work-item.
+// The grid of the preset `paper`: linear interpolation of the samples, and bounds that bind
+// nothing; one value a work-item.
 kernel void PaperGrid(global const ushort* samples, int sample_cols, int sample_rows, int cols,
-                      int rows, int pitch, global ushort* grid) {
+                      int rows, int pitch, global ushort* grid, global uchar* floors,
+                      global uchar* ceilings) {
   const int col = get_global_id(0);
   const int row = get_global_id(1);
   if (col >= cols || row >= rows) return;
@@ -237,4 +257,6 @@ kernel void PaperGrid(global const ushort* samples, int sample_cols, int sample_
   const int top = upper[0] * (16 - wx) + upper[next] * wx;
   const int bottom = lower[0] * (16 - wx) + lower[next] * wx;
   grid[row * pitch + col] = (top * (16 - wy) + bottom * wy + 128) >> 8;
+  floors[row * pitch + col] = 0;
+  ceilings[row * pitch + col] = 255;
 }

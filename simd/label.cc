@@ -163,9 +163,19 @@ HWY_INLINE uint32_t AddNew(uint32_t none, uint32_t* label, uint32_t next, Labels
   return next + count;
 }
 
+// Most rows of a plain background: at most one white run, below the one of the row above.
+HWY_INLINE bool IsPlain(const Row& above, const Row& row, const int16_t* rank) {
+  return row.runs == above.runs &&
+         (row.runs == 1 || (row.runs == 3 && rank[1] == 1 && rank[2] == 1));
+}
+
 // Labels a row below another one; returns the next free label.
 uint32_t LabelRow(const Row& above, const Row& row, const int16_t* rank, uint32_t next,
                   Labels* labels) {
+  if (IsPlain(above, row, rank)) {
+    std::copy_n(above.label, row.runs, row.label);
+    return next;
+  }
   const int lanes = static_cast<int>(hn::Lanes(kRanks));
   for (int begin = 0; begin < row.runs; begin += lanes) {
     Contacts contacts;

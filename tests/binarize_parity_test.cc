@@ -23,6 +23,7 @@ ThresholdGrid RandomGrid(int width, int height, Random* random) {
     value = static_cast<uint16_t>(random->Below(kMaxThreshold + 1));
     if (random->Chance(20)) value = random->Chance(50) ? 0 : kMaxThreshold;
   }
+  RandomizeBounds(random, &grid);
   return grid;
 }
 
@@ -98,6 +99,8 @@ TEST_P(BinarizeParityTest, EveryLevelAgainstEveryStep) {
       for (size_t i = 0; i < grid.value.size(); ++i) {
         grid.value[i] = static_cast<uint16_t>((i + i / 4) % 2 == 0 ? from : to);
       }
+      std::fill(grid.floor.begin(), grid.floor.end(), uint8_t{0});
+      std::fill(grid.ceiling.begin(), grid.ceiling.end(), uint8_t{255});
       for (int y = 0; y < 256; ++y) {
         for (int x = 0; x < 48; ++x) image.row(y)[x] = static_cast<uint8_t>(y + 37 * (x / 16));
       }
@@ -113,6 +116,26 @@ TEST_P(BinarizeParityTest, EveryThreadCount) {
       Random random(seed);
       ExpectEqual(random.Between(1, 200), random.Between(1, 600), 5, seed, &workers);
     }
+  }
+}
+
+// Every level in tiles of every kind, in all orders.
+TEST_P(BinarizeParityTest, EveryLevelAgainstEveryBound) {
+  for (const int threshold : {0, 8 * 100, kMaxThreshold}) {
+    GuardedImage image(16 * 81, 256, 0);
+    ThresholdGrid grid;
+    grid.Resize(16 * 81, 256);
+    std::fill(grid.value.begin(), grid.value.end(), static_cast<uint16_t>(threshold));
+    for (size_t i = 0; i < grid.floor.size(); ++i) {
+      // All sequences of three.
+      const int kind = static_cast<int>(i / 3 / (i % 3 == 0 ? 1 : i % 3 == 1 ? 3 : 9) % 3);
+      grid.floor[i] = kind == 1 ? 255 : 0;
+      grid.ceiling[i] = kind == 2 ? 0 : 255;
+    }
+    for (int y = 0; y < 256; ++y) {
+      for (int x = 0; x < 16 * 81; ++x) image.row(y)[x] = static_cast<uint8_t>(y + 17 * (x % 16));
+    }
+    ASSERT_NO_FATAL_FAILURE(ExpectEqual(image.view(), grid, &one_, 0)) << threshold;
   }
 }
 

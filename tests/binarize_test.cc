@@ -29,7 +29,11 @@ int64_t SlowThreshold(const ThresholdGrid& grid, int x, int y) {
   const auto at_edge = [&](int c) {
     return RoundDivide(node(row, c) * (16 - down) + node(row + 1, c) * down, 16);
   };
-  return RoundDivide(at_edge(col) * (32 - right) + at_edge(col + 1) * right, 32 * 8);
+  const int64_t between =
+      RoundDivide(at_edge(col) * (32 - right) + at_edge(col + 1) * right, 32 * 8);
+  const auto tile = static_cast<size_t>(row * (grid.cols - 1) + col);
+  if (between < grid.floor[tile]) return grid.floor[tile];
+  return between > grid.ceiling[tile] ? grid.ceiling[tile] : between;
 }
 
 ThresholdGrid RandomGrid(int width, int height, uint64_t seed) {
@@ -40,6 +44,7 @@ ThresholdGrid RandomGrid(int width, int height, uint64_t seed) {
     value = static_cast<uint16_t>(random.Below(kMaxThreshold + 1));
     if (random.Chance(10)) value = random.Chance(50) ? 0 : kMaxThreshold;
   }
+  RandomizeBounds(&random, &grid);
   return grid;
 }
 
@@ -109,6 +114,33 @@ TEST(BinarizeTest, NotBelowTheThresholdIsWhite) {
   }
 }
 
+TEST(BinarizeTest, BoundsAreOfTheirTileAlone) {
+  const PaddedImage dark(48, 48, 0);
+  PaddedImage bright(48, 48, 0);
+  for (int y = 0; y < 48; ++y) std::fill_n(bright.row(y), 48, uint8_t{254});
+  for (int white = 0; white < 9; ++white) {
+    for (int black = 0; black < 9; ++black) {
+      ThresholdGrid grid;
+      grid.Resize(48, 48);
+      std::fill(grid.value.begin(), grid.value.end(), uint16_t{8 * 100});
+      std::fill(grid.floor.begin(), grid.floor.end(), uint8_t{0});
+      std::fill(grid.ceiling.begin(), grid.ceiling.end(), uint8_t{255});
+      grid.ceiling[static_cast<size_t>(white)] = 0;
+      if (black != white) grid.floor[static_cast<size_t>(black)] = 255;
+      BitImage of_dark, of_bright;
+      scalar::Binarize(dark.view(), grid, &of_dark);
+      scalar::Binarize(bright.view(), grid, &of_bright);
+      for (int y = 0; y < 48; ++y) {
+        for (int x = 0; x < 48; ++x) {
+          const int tile = 3 * (y / 16) + x / 16;
+          ASSERT_EQ(IsWhite(of_dark, x, y), tile == white) << y << ", " << x;
+          ASSERT_EQ(IsWhite(of_bright, x, y), tile == white || tile != black) << y << ", " << x;
+        }
+      }
+    }
+  }
+}
+
 TEST(BinarizeTest, ThresholdRowIsTheSameForTheRowsOfAGroup) {
   for (const ImageCase& c : AllCases()) {
     if (c.content != Content::kBlack) continue;
@@ -137,6 +169,8 @@ TEST(BinarizeTest, ThresholdsFollowAPlane) {
       grid.row(r)[c] = static_cast<uint16_t>(std::lround(8 * plane(16 * c - 0.5, 16 * r - 0.5)));
     }
   }
+  std::fill(grid.floor.begin(), grid.floor.end(), uint8_t{0});
+  std::fill(grid.ceiling.begin(), grid.ceiling.end(), uint8_t{255});
   std::vector<uint8_t> row(static_cast<size_t>(width));
   for (int y = 0; y < height; ++y) {
     scalar::ThresholdRow(grid, y, width, row.data());

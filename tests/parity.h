@@ -33,20 +33,35 @@ std::string Unequal(const std::string& what, const T& expected, const T& actual)
 
 }  // namespace parity_internal
 
-inline std::string Difference(const ThresholdGrid& expected, const ThresholdGrid& actual) {
+/// Of an array of `cols` values a row.
+template <typename T>
+std::string Difference(const std::string& what, int cols, const std::vector<T>& expected,
+                       const std::vector<T>& actual) {
   using parity_internal::Text;
+  using parity_internal::Unequal;
+  if (expected.size() != actual.size()) {
+    return Unequal(what + ", size", expected.size(), actual.size());
+  }
+  const size_t i = static_cast<size_t>(
+      std::mismatch(expected.begin(), expected.end(), actual.begin()).first - expected.begin());
+  if (i == expected.size()) return "";
+  const auto n = static_cast<size_t>(cols);
+  return Unequal(Text(what, ", row ", i / n, ", column ", i % n), expected[i], actual[i]);
+}
+
+inline std::string Difference(const ThresholdGrid& expected, const ThresholdGrid& actual) {
   using parity_internal::Unequal;
   if (expected.cols != actual.cols) return Unequal("grid columns", expected.cols, actual.cols);
   if (expected.rows != actual.rows) return Unequal("grid rows", expected.rows, actual.rows);
-  if (expected.value == actual.value) return "";
-  if (expected.value.size() != actual.value.size()) {
-    return Unequal("grid size", expected.value.size(), actual.value.size());
+  std::string difference = Difference("threshold", expected.cols, expected.value, actual.value);
+  if (difference.empty()) {
+    difference = Difference("floor of tiles", expected.cols - 1, expected.floor, actual.floor);
   }
-  size_t i = 0;
-  while (expected.value[i] == actual.value[i]) ++i;
-  const auto cols = static_cast<size_t>(expected.cols);
-  return Unequal(Text("threshold, row ", i / cols, ", column ", i % cols), expected.value[i],
-                 actual.value[i]);
+  if (difference.empty()) {
+    difference =
+        Difference("ceiling of tiles", expected.cols - 1, expected.ceiling, actual.ceiling);
+  }
+  return difference;
 }
 
 inline std::string Difference(const BitImage& expected, const BitImage& actual) {

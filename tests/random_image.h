@@ -142,6 +142,15 @@ inline std::vector<ImageCase> AllCases() {
   return cases;
 }
 
+// Bounds of all kinds that tiles have: none, or one colour.
+inline void RandomizeBounds(Random* random, ThresholdGrid* grid) {
+  for (size_t i = 0; i < grid->floor.size(); ++i) {
+    const int dice = random->Below(5);
+    grid->floor[i] = dice == 0 ? 255 : 0;
+    grid->ceiling[i] = dice == 1 ? 0 : 255;
+  }
+}
+
 // White where white(x, y) says so.
 template <typename White>
 BitImage MakeBits(int width, int height, White white) {

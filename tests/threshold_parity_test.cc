@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -23,11 +24,13 @@ class ThresholdParityTest : public SimdTest {
                    Workers* workers) {
     scalar::ThresholdMap(image, params, &scalar_workspace_, &expected_);
     const VectorGuard<uint16_t> guard(&actual_.value, expected_.value.size());
+    const VectorGuard<uint8_t> floor_guard(&actual_.floor, expected_.floor.size());
+    const VectorGuard<uint8_t> ceiling_guard(&actual_.ceiling, expected_.ceiling.size());
     simd::ThresholdMap(image, params, workers, &workspace_, &actual_);
     ASSERT_EQ(Difference(expected_, actual_), "")
         << c << ", " << target() << ", " << workers->threads() << " threads, contrast "
         << params.min_contrast << ", sixteenths " << params.contrast_sixteenths;
-    ASSERT_TRUE(guard.IsIntact()) << c;
+    ASSERT_TRUE(guard.IsIntact() && floor_guard.IsIntact() && ceiling_guard.IsIntact()) << c;
   }
   void ExpectEqual(const FrameCase& c, const ThresholdParams& params = {}) {
     const Guard guard = c.seed % 2 == 0 ? Guard::kBegin : Guard::kEnd;
@@ -90,6 +93,26 @@ TEST_P(ThresholdParityTest, AnyParameters) {
     params.beta = random.Below(256);
     params.bin_factor_percent = random.Between(50, 100);
     ExpectEqual(RandomFrameCase(seed), params);
+  }
+}
+
+// Flat tiles of every level, with every small contrast, beside one that gives their corners a
+// threshold: on both sides of it, and at it.
+TEST_P(ThresholdParityTest, FlatTilesOfEveryLevel) {
+  for (int contrast = 0; contrast <= 21; ++contrast) {
+    if (HasFatalFailure()) return;
+    GuardedImage image(16 * 70, 16 * 5, 0);
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        const int tile = 70 * (y / 16) + x / 16;
+        const int level = tile % 5 == 0 ? 40 + (x + y / 2) % 2 * 100 : tile % 256;
+        const int noise = (x + 3 * (y / 2)) % 16 == 0 ? contrast : 0;
+        image.row(y)[x] = static_cast<uint8_t>(std::min(level + noise, 255));
+      }
+    }
+    const FrameCase c{image.width(), image.height(), 0, FrameKind::kConstant,
+                      static_cast<uint64_t>(contrast)};
+    ExpectEqual(c, image.view(), {}, &one_);
   }
 }
 

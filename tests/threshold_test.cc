@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "fallback/binarize.h"
@@ -39,19 +40,23 @@ class SlowDefault {
   }
 
   int Value(int row, int col) const {
-    const Range range = At(row, col);
-    if (const auto own = Level(0, row, col)) return *own;
-    // The first coarser cell around the corner that knows.
-    std::optional<int> near;
-    for (int level = 1; !near && (1 << level) < 2 * std::max(cols_, rows_); ++level) {
-      near = Level(level, row >> level, col >> level);
+    // The corner itself, or the first coarser cell around it that knows.
+    for (int level = 0; (1 << level) < 2 * std::max(cols_, rows_); ++level) {
+      if (const auto value = Level(level, row >> level, col >> level)) return *value;
     }
-    if (!near) return 0;
-    const int guard = 8 * (range.hi - range.lo) / 2 + 8 * 2;
-    const bool dark = 2 * *near >= 8 * (range.lo + range.hi);
-    const int value =
-        dark ? std::max(*near, 8 * range.hi + guard) : std::min(*near, 8 * range.lo - guard);
-    return std::min(std::max(value, 0), 8 * 255);
+    return 0;
+  }
+
+  // Bounds of the thresholds in a tile: in one without contrast, what makes all of it white or
+  // black.
+  std::pair<int, int> Bounds(int row, int col) const {
+    const Range range = TileExtremes(row, col);
+    if (range.hi - range.lo >= params_.min_contrast) return {0, 255};
+    const double corners =
+        (Value(row, col) + Value(row, col + 1) + Value(row + 1, col) + Value(row + 1, col + 1)) /
+        8.0;
+    const double middle = (range.lo + range.hi) / 2.0;
+    return middle >= corners / 4 ? std::pair{0, 0} : std::pair{255, 255};
   }
 
  private:
@@ -64,15 +69,28 @@ class SlowDefault {
     return extremes_[static_cast<size_t>(row * cols_ + col)];
   }
 
-  // Of the vertical pair means of all pixels in the four tiles around the corner.
-  Range Extremes(int row, int col) const {
+  // Of the vertical pair means of all pixels in a tile.
+  Range TileExtremes(int row, int col) const {
     Range range;
-    for (int y = std::max(16 * row - 16, 0); y < std::min(16 * row + 16, image_.height); ++y) {
+    for (int y = 16 * row; y < std::min(16 * row + 16, image_.height); ++y) {
       const int partner = std::min(y % 2 == 0 ? y + 1 : y - 1, image_.height - 1);
-      for (int x = std::max(16 * col - 16, 0); x < std::min(16 * col + 16, image_.width); ++x) {
+      for (int x = 16 * col; x < std::min(16 * col + 16, image_.width); ++x) {
         const int sum = image_.row(y)[x] + image_.row(partner)[x];
         range.lo = std::min(range.lo, (sum + sum % 2) / 2);
         range.hi = std::max(range.hi, (sum + sum % 2) / 2);
+      }
+    }
+    return range;
+  }
+
+  // Of the up to four tiles around the corner.
+  Range Extremes(int row, int col) const {
+    Range range;
+    for (int r = std::max(row - 1, 0); r < std::min(row + 1, rows_ - 1); ++r) {
+      for (int c = std::max(col - 1, 0); c < std::min(col + 1, cols_ - 1); ++c) {
+        const Range tile = TileExtremes(r, c);
+        range.lo = std::min(range.lo, tile.lo);
+        range.hi = std::max(range.hi, tile.hi);
       }
     }
     return range;
@@ -134,6 +152,8 @@ class SlowPaper {
     return RoundDivide(sum, 32 * 32);
   }
 
+  std::pair<int, int> Bounds(int, int) const { return {0, 255}; }
+
  private:
   // In 32ths.
   static int Weight(int corner, size_t sample, size_t samples) {
@@ -181,6 +201,18 @@ bool ExpectSame(const Slow& slow, const ThresholdGrid& grid, const ImageCase& c)
   for (int row = 0; row < grid.rows; ++row) {
     for (int col = 0; col < grid.cols; ++col) {
       EXPECT_EQ(slow.Value(row, col), grid.row(row)[col]) << "(" << row << ", " << col << ") " << c;
+      if (::testing::Test::HasFailure()) return false;
+    }
+  }
+  const auto tiles = static_cast<size_t>(grid.cols - 1) * static_cast<size_t>(grid.rows - 1);
+  EXPECT_EQ(grid.floor.size(), tiles) << c;
+  EXPECT_EQ(grid.ceiling.size(), tiles) << c;
+  for (int row = 0; row + 1 < grid.rows; ++row) {
+    for (int col = 0; col + 1 < grid.cols; ++col) {
+      const size_t tile =
+          static_cast<size_t>(row) * static_cast<size_t>(grid.cols - 1) + static_cast<size_t>(col);
+      const std::pair<int, int> bounds{grid.floor[tile], grid.ceiling[tile]};
+      EXPECT_EQ(slow.Bounds(row, col), bounds) << "tile (" << row << ", " << col << ") " << c;
       if (::testing::Test::HasFailure()) return false;
     }
   }
@@ -251,7 +283,10 @@ TEST(ThresholdTest, ReadsNothingBesideTheImage) {
       const ThresholdGrid grid = Map(image.view(), params);
       for (uint64_t garbage = 1; garbage <= 2; ++garbage) {
         image.FillPadding(c.seed + 1000 * garbage);
-        ASSERT_EQ(grid.value, Map(image.view(), params).value) << c;
+        const ThresholdGrid again = Map(image.view(), params);
+        ASSERT_EQ(grid.value, again.value) << c;
+        ASSERT_EQ(grid.floor, again.floor) << c;
+        ASSERT_EQ(grid.ceiling, again.ceiling) << c;
       }
     }
   }
@@ -283,18 +318,41 @@ TEST(ThresholdTest, ContrastDecidesFromTwentyLevelsOn) {
   for (const uint16_t value : Map(image.view()).value) EXPECT_EQ(value, 8 * 100 + 8 * 20 * 7 / 16);
 }
 
-TEST(ThresholdTest, FlatCornersKeepClearOfTheirOwnLevels) {
+TEST(ThresholdTest, CornersWithoutContrastTakeTheLargestNearThem) {
+  // One row of 11 tiles. Three pairs of them have contrast, around corners 0, 4 and 10.
+  PaddedImage image(176, 16, 0);
+  for (int y = 0; y < 16; ++y) {
+    std::fill_n(image.row(y), 176, uint8_t{128});
+    image.row(y)[0] = 255;  // corners 0 and 1
+    image.row(y)[64] = 48;  // corners 4 and 5
+    image.row(y)[175] = 8;  // corners 10 and 11
+  }
+  const int high = 8 * 128 + 127 * 7 / 2, middle = 8 * 48 + 80 * 7 / 2, low = 8 * 8 + 120 * 7 / 2;
+  const int expected[] = {high,   high,   high, high, middle, middle,
+                          middle, middle, low,  low,  low,    low};
+  const ThresholdGrid grid = Map(image.view());
+  for (int row = 0; row < 2; ++row) {
+    for (int col = 0; col < 12; ++col) EXPECT_EQ(grid.row(row)[col], expected[col]) << col;
+  }
+}
+
+// The tile's extremes are 16 levels below and above the mean of its corners, or not.
+TEST(ThresholdTest, FlatTilesAreOfOneColour) {
   const struct {
-    int dark, bright, lo, hi, expected;
+    int dark, bright, lo, hi;
+    bool black;
   } table[] = {
-      {0, 255, 111, 111, 888 + 16},       // at most the 892 taken over: black, 2 levels clear
-      {0, 255, 112, 112, 896 - 16},       // above it: white
-      {0, 255, 60, 60, 892},              // black, and clear as it is
-      {0, 255, 200, 200, 892},            // white, and clear as it is
-      {0, 255, 100, 118, 944 + 72 + 16},  // half the range more
-      {0, 255, 103, 121, 824 - 72 - 16},  //
-      {235, 255, 236, 250, 2040},         // 2000 + 56 + 16, as far as grey levels reach
-      {0, 20, 0, 19, 0},                  // 0 - 76 - 16, likewise
+      {0, 255, 111, 111, true},    // the corners are at 111.5
+      {0, 255, 112, 112, false},   //
+      {0, 255, 111, 112, false},   // at the threshold: white
+      {0, 255, 103, 119, true},    //
+      {0, 255, 103, 120, false},   //
+      {0, 255, 102, 121, false},   // as much below as above, 19 levels
+      {0, 255, 101, 120, true},    //
+      {0, 255, 0, 0, true},        //
+      {0, 255, 255, 255, false},   //
+      {235, 255, 243, 243, true},  // 243.75
+      {235, 255, 244, 244, false},
   };
   for (const auto& t : table) {
     // Three tiles: the first is half dark and half bright, the others alternate between lo and hi
@@ -306,12 +364,22 @@ TEST(ThresholdTest, FlatCornersKeepClearOfTheirOwnLevels) {
       std::fill_n(image.row(y) + 16, 32, static_cast<uint8_t>(y / 2 % 2 == 0 ? t.lo : t.hi));
     }
     const ThresholdGrid grid = Map(image.view());
-    for (int row = 0; row < 2; ++row) {
-      EXPECT_EQ(grid.row(row)[0], 8 * t.dark + (t.bright - t.dark) * 7 / 2);
-      EXPECT_EQ(grid.row(row)[1], 8 * t.dark + (t.bright - t.dark) * 7 / 2);
-      EXPECT_EQ(grid.row(row)[2], t.expected) << t.lo << ".." << t.hi;
-      EXPECT_EQ(grid.row(row)[3], t.expected) << t.lo << ".." << t.hi;
-    }
+    const int threshold = 8 * t.dark + (t.bright - t.dark) * 7 / 2;
+    for (const uint16_t value : grid.value) EXPECT_EQ(value, threshold);
+    const uint8_t floor = t.black ? 255 : 0, ceiling = t.black ? 255 : 0;
+    EXPECT_EQ(grid.floor, std::vector<uint8_t>({0, floor, floor})) << t.lo << ".." << t.hi;
+    EXPECT_EQ(grid.ceiling, std::vector<uint8_t>({255, ceiling, ceiling})) << t.lo << ".." << t.hi;
+  }
+}
+
+TEST(ThresholdTest, TilesAreFlatBelowTwentyLevels) {
+  for (const int levels : {19, 20}) {
+    PaddedImage image(16, 16, 0);
+    for (int y = 0; y < 16; ++y) std::fill_n(image.row(y), 16, uint8_t{100});
+    image.row(6)[3] = image.row(7)[3] = static_cast<uint8_t>(100 + levels);
+    const ThresholdGrid grid = Map(image.view());
+    EXPECT_EQ(grid.floor, std::vector<uint8_t>{0});
+    EXPECT_EQ(grid.ceiling, std::vector<uint8_t>{static_cast<uint8_t>(levels == 19 ? 0 : 255)});
   }
 }
 
