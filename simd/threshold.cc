@@ -183,7 +183,8 @@ bool PushPull(ThresholdWorkspace* ws) {
   for (size_t k = 1; k < ws->levels.size(); ++k) {
     const ThresholdLevel& fine = ws->levels[k - 1];
     const ThresholdLevel& coarse = ws->levels[k];
-    std::fill_n(row(fine, fine.rows), fine.stride, kNone);
+    std::fill_n(row(fine, fine.rows),
+                hwy::RoundUpTo(static_cast<size_t>(fine.cols), 2 * hn::Lanes(kI16)), kNone);
     for (int r = 0; r < coarse.rows; ++r) {
       PushRow(row(fine, 2 * r), row(fine, 2 * r + 1), coarse.cols, row(coarse, r));
     }
@@ -208,8 +209,10 @@ void Tiles(const ImageView& image, int tile_row, ThresholdWorkspace* ws) {
   const int tile_cols = (image.width + kTile - 1) / kTile;
   tile_min[0] = 255;
   tile_max[0] = 0;
-  std::fill(tile_min + 1 + tile_cols, tile_min + ws->stride, uint8_t{255});
-  std::fill(tile_max + 1 + tile_cols, tile_max + ws->stride, uint8_t{0});
+  // What the vectors of CornerRow reach.
+  const size_t end = hwy::RoundUpTo(static_cast<size_t>(tile_cols) + 1, hn::Lanes(kU8)) + 1;
+  std::fill(tile_min + 1 + tile_cols, tile_min + end, uint8_t{255});
+  std::fill(tile_max + 1 + tile_cols, tile_max + end, uint8_t{0});
 }
 
 void Corners(const ThresholdParams& params, ThresholdWorkspace* ws, ThresholdGrid* grid) {
