@@ -123,7 +123,7 @@ uint32_t EmitBounds(const uint64_t* change, const uint64_t* above, size_t words,
     }
   }
   rank[out.count] = static_cast<int16_t>(out.runs_above);
-  for (size_t i = 0; i < kBoundsBehind; ++i) bound[out.count + i] = Components::kOutsideBound;
+  bound[out.count] = Components::kOutsideBound;
   return static_cast<uint32_t>(out.count);
 }
 
@@ -136,7 +136,7 @@ bool AreEqual(const uint64_t* a, const uint64_t* b, size_t words) {
 
 // The same for a row that equals the one above, which has `runs` runs.
 uint32_t CopyBounds(const int16_t* above, uint32_t runs, int16_t* bound, int16_t* rank) {
-  std::copy_n(above, runs + kBoundsBehind, bound);
+  std::copy_n(above, runs + 1, bound);
   rank[0] = 0;
   for (uint32_t k = 1; k < runs; ++k) rank[k] = static_cast<int16_t>(k - (~k & 1));
   rank[runs] = static_cast<int16_t>(runs - 1);
@@ -162,9 +162,7 @@ void FindBandRuns(const uint64_t* changes, size_t stride, int first_row, uint32_
   const int16_t* bound_above = nullptr;
   uint32_t runs = 0;
   for (int y = first_row; y < std::min(first_row + kBlockRows, components->height); ++y) {
-    begin += kBoundsBefore;
     int16_t* bound = components->bound.data() + begin;
-    std::fill_n(bound - kBoundsBefore, kBoundsBefore, int16_t{-2});
     const uint64_t* row = changes + static_cast<size_t>(y) * stride;
     const uint64_t* above = y == 0 ? row : row - stride;
     runs = bound_above != nullptr && AreEqual(row, above, words)
@@ -172,7 +170,7 @@ void FindBandRuns(const uint64_t* changes, size_t stride, int first_row, uint32_
                : EmitBounds(row, above, words, bound, rank + begin);
     components->row_begin[static_cast<size_t>(y)] = begin;
     components->row_runs[static_cast<size_t>(y)] = runs;
-    begin += runs + kBoundsBehind;
+    begin += runs + 1;
     bound_above = bound;
   }
 }
@@ -210,8 +208,8 @@ void FindRuns(const BitImage& bits, Workers* workers, RunsWorkspace* workspace,
   const int bands = (bits.height + kBlockRows - 1) / kBlockRows;
   // The changes, one more in a row where the block to the left became black or the row ends in
   // white, and the bounds of the outside.
-  const size_t region = static_cast<size_t>(bits.words) * (kMaxBlockChanges + kBlockRows) +
-                        kBlockRows * (2 + kBoundsBefore + kBoundsBehind) + kSlack;
+  const size_t region =
+      static_cast<size_t>(bits.words) * (kMaxBlockChanges + kBlockRows) + 3 * kBlockRows + kSlack;
   const size_t stride = static_cast<size_t>(bits.words) / 8 * 8 + 8;
   components->row_begin.Reserve(height);
   components->row_runs.Reserve(height);

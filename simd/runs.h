@@ -12,10 +12,6 @@ class Workers;
 
 namespace topotag::simd {
 
-/// Bounds before a row's first and behind its last one that can be read: -2 and kOutsideBound.
-inline constexpr int kBoundsBefore = 1;
-inline constexpr int kBoundsBehind = 2;
-
 /// Memory of FindRuns, kept between frames, and its second result.
 struct RunsWorkspace {
   Buffer<uint64_t> changes;  ///< bits that differ from their left neighbour, of every row

@@ -42,7 +42,7 @@ void TileExtremes(const ImageView& image, int tile_row, uint8_t* tile_min, uint8
   const int lanes = static_cast<int>(hn::Lanes(kU8));
   const int y_begin = tile_row * kTile;
   const int y_end = std::min(y_begin + kTile, image.height);
-  HWY_ALIGN uint8_t extremes[HWY_MAX_BYTES];
+  HWY_ALIGN uint8_t extremes[kMaxImageSide + 2];
   int x = 0;
   for (; x + lanes <= image.width; x += lanes) {
     const uint8_t* pixels = image.row(y_begin) + x;
@@ -56,11 +56,11 @@ void TileExtremes(const ImageView& image, int tile_row, uint8_t* tile_min, uint8
       add(hn::AverageRound(hn::LoadU(kU8, pixels), hn::LoadU(kU8, pixels + image.stride)));
     }
     if ((y_end - y_begin) % 2 != 0) add(hn::LoadU(kU8, pixels));
-    hn::Store(BlockExtremes(lo, hi), kU8, extremes);
-    for (int i = 0; i < lanes; i += kTile) {
-      *tile_min++ = extremes[i];
-      *tile_max++ = static_cast<uint8_t>(~extremes[i + 8]);
-    }
+    hn::Store(BlockExtremes(lo, hi), kU8, extremes + x);
+  }
+  for (int i = 0; i < x; i += kTile) {
+    *tile_min++ = extremes[i];
+    *tile_max++ = static_cast<uint8_t>(~extremes[i + 8]);
   }
   for (; x < image.width; x += kTile) {
     int lo = 255;
