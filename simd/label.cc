@@ -149,7 +149,8 @@ HWY_INLINE void Gather(const uint32_t* from, const int16_t* run, uint32_t* to) {
 }
 
 // Gives new labels to the runs that touch none above. Four at a time, the last ones in vain: fewer
-// branches to mispredict.
+// branches to mispredict. What is written in vain lies behind the vector, where the next one comes,
+// and behind the labels in use: a strip has a label for every run, and the outside's need none.
 HWY_INLINE uint32_t AddNew(uint32_t none, uint32_t* label, uint32_t next, Labels* labels) {
   const auto count = static_cast<uint32_t>(hwy::PopCount(none));
   for (uint32_t i = 0; i < count; i += 4) {
