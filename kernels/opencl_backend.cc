@@ -11,15 +11,16 @@
 namespace topotag::opencl {
 namespace {
 
-// A frame with steep and with flat parts, dark and bright, whose right and lower borders cut words,
-// tiles and blocks.
+// A frame with steep and with flat parts, dark tiles and bright words, whose right and lower
+// borders cut words, tiles and blocks.
 Image TestFrame() {
   Image image(149, 83);
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       const int texture = (x * 29 + y * 53 + x * y) % 97;
       const int flat = (x < 60 ? 40 : 160) + x / 2 + (x + y) % 3;
-      image.row(y)[x] = static_cast<uint8_t>(x / 40 % 2 == 0 ? flat : 3 * texture % 256);
+      const bool is_flat = x / 40 % 2 == 0 || y / 32 == 1;
+      image.row(y)[x] = static_cast<uint8_t>(is_flat ? flat : 3 * texture % 256);
     }
   }
   return image;

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/frames.h"
@@ -88,6 +90,51 @@ TEST_P(OpenClParityTest, OtherParameters) {
         const Reference expected(image.view(), params);
         binarizer->Submit(image.view(), params);
         ASSERT_EQ(CollectDifference(expected, binarizer.get()), "") << sixteenths << contrast;
+      }
+    }
+  }
+}
+
+// Blank words and tiles of both colours, with outliers that their bounds decide about.
+TEST_P(OpenClParityTest, FlatTiles) {
+  PaddedImage image = MakeImage({400, 160, 3, Content::kBlack, 4});
+  Random random(5);
+  for (int y = 0; y < 160; ++y) {
+    for (int x = 0; x < 400; ++x) {
+      int level = (y < 90 ? 200 : 20) + random.Below(12);
+      if (x >= 150 && x < 270) level = x % 16 < 8 ? 0 : 255;
+      image.row(y)[x] = static_cast<uint8_t>(level);
+    }
+  }
+  // Half of each is hidden in the mean of its pair.
+  image.row(40)[20] = 185;
+  image.row(120)[20] = 45;
+  const Reference expected(image.view(), {});
+  const auto tiles = [](const std::vector<uint8_t>& bounds, uint8_t bound) {
+    return std::count(bounds.begin(), bounds.end(), bound);
+  };
+  EXPECT_GT(tiles(expected.grid.floor, 255), 10);
+  EXPECT_GT(tiles(expected.grid.ceiling, 0), 50);
+  for (const auto& binarizer : Binarizers()) {
+    ExpectParity(image.view(), "flat tiles", binarizer.get());
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST_P(OpenClParityTest, FramesWithoutContrastAreWhite) {
+  for (const auto& binarizer : Binarizers()) {
+    for (const auto& [width, height] : {std::pair(1, 1), std::pair(64, 16), std::pair(201, 99)}) {
+      for (const Content content : {Content::kBlack, Content::kWhite}) {
+        const PaddedImage image = MakeImage({width, height, 1, content, 1});
+        binarizer->Submit(image.view(), {});
+        BitImage bits;
+        ThresholdGrid grid;
+        binarizer->Collect(&bits);
+        binarizer->ReadGrid(&grid);
+        EXPECT_EQ(grid.value, std::vector<uint16_t>(grid.value.size(), 0));
+        EXPECT_EQ(grid.ceiling, std::vector<uint8_t>(grid.ceiling.size(), 0));
+        EXPECT_EQ(Difference(Reference(image.view(), {}).bits, bits), "");
+        EXPECT_EQ(bits.row(height - 1)[0] & 1, 1U);
       }
     }
   }

@@ -80,10 +80,9 @@ void CheckPoseMode(const std::string& mode) {
   }
 }
 
-int ParseDevice(const std::string& text, BackendKind backend) {
+int ParseDevice(const std::string& text) {
   const uint64_t index = ParseUnsigned("--device", text);
   if (index > INT_MAX) throw UsageError("--device: there is no device " + text);
-  if (backend != BackendKind::kOpenCl) throw UsageError("--device: only with --backend opencl");
   return static_cast<int>(index);
 }
 
@@ -94,9 +93,7 @@ Options ParseOptions(const Arguments& arguments) {
   options.backend = ForOption("--backend", [&] { return ParseBackend(arguments.backend); });
   options.threads = ParseThreads(arguments.threads);
   CheckPoseMode(arguments.pose);
-  if (!arguments.device.empty()) {
-    options.device = ParseDevice(arguments.device, options.backend);
-  }
+  if (!arguments.device.empty()) options.device = ParseDevice(arguments.device);
   if (!arguments.camera.empty()) {
     options.camera = ForOption("--camera", [&] { return ReadCamera(arguments.camera); });
   }
@@ -112,10 +109,15 @@ Format ParseFormat(const std::string& name) {
   return name == "text" ? Format::kText : name == "json" ? Format::kJson : Format::kCsv;
 }
 
-/// A backend that this build or machine lacks is wrong usage, whoever asked for it.
+/// A backend that this build or machine lacks is wrong usage, whoever asked for it. So is a device
+/// for a backend that has none; which one `auto` means, the detector knows.
 Detector MakeDetector(const Arguments& arguments, const Options& options) {
   try {
-    return Detector(options);
+    Detector detector(options);
+    if (options.device && detector.backend().rfind(Name(BackendKind::kOpenCl), 0) != 0) {
+      throw UsageError("--device: only with --backend opencl or TOPOTAG_BACKEND=opencl");
+    }
+    return detector;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kUnavailable) {
       const char* wanted = std::getenv("TOPOTAG_BACKEND");
@@ -289,7 +291,7 @@ Command AddDetect(CLI::App* app) {
           "Threads for each frame (default: 2, or 1 on a single processor)");
   AddText(command, "Computation", "--device", &a.device, "INDEX",
           "OpenCL device as topotag info lists them (default: the first GPU, else the first one); "
-          "only with --backend opencl");
+          "only with the backend opencl");
   command->footer(
       "Pixel (0, 0) is the centre of the top-left one. Poses are in metres, in camera\n"
       "axes: x right, y down, z forward. A camera runs until Ctrl-C.\n"
