@@ -95,10 +95,11 @@ Rect WithMargin(const Rect& box, const ImageView& frame) {
           std::min(box.y + box.height + margin, frame.height) - y0};
 }
 
-// A reading of a place that was read before: the centres are less than half a pitch apart.
-bool IsKnown(const std::vector<Marker>& markers, const Decoded& decoded) {
+// A reading of a place that one of `count` markers was read at: the centres are less than half a
+// pitch apart.
+bool IsKnown(const Marker* markers, size_t count, const Decoded& decoded) {
   const LocalMap local(decoded.map, {0, 0});
-  return std::any_of(markers.begin(), markers.end(), [&](const Marker& other) {
+  return std::any_of(markers, markers + count, [&](const Marker& other) {
     const double dx = other.center.x - local.center.x;
     const double dy = other.center.y - local.center.y;
     return dx * dx + dy * dy < 4 * std::abs(local.Determinant());
@@ -151,7 +152,7 @@ double Detector::Impl::TagSize(Family family, uint64_t id) const {
 }
 
 void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
-  markers.clear();
+  marker_count = 0;
   first.Run(source == nullptr ? backend.get() : source->backend(), Crop(image, whole),
             threshold_params, &times);
   if (source != nullptr) FetchCandidates(whole);
@@ -195,13 +196,13 @@ void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const 
   const ImageView view = small ? Upsample(Crop(image, part), &upsampled) : Crop(image, part);
   times.threshold += watch.Lap();
   ThresholdParams params = threshold_params;
-  const size_t before = markers.size();
+  const size_t before = marker_count;
   for (const int sixteenths : kSecondLookSixteenths) {
     if (!small && sixteenths == threshold_params.contrast_sixteenths) continue;
     params.contrast_sixteenths = sixteenths;
     second.Run(second_backend.get(), view, params, &times);
     DecodeCandidates(image, second, {part.x, part.y, small ? 2 : 1, whole});
-    if (markers.size() > before) return;
+    if (marker_count > before) return;
   }
 }
 
@@ -209,24 +210,27 @@ void Detector::Impl::DecodeCandidates(const ImageView& image, const Segmentation
                                       const SearchArea& area) {
   StopWatch watch;
   const std::vector<Candidate>& candidates = segmentation.tree.candidates();
-  attempts.resize(candidates.size());
+  const size_t end = marker_count + candidates.size();
+  if (markers.size() < end) markers.resize(end);
   workers.For(static_cast<int>(candidates.size()), [&](int i) {
     const Candidate& candidate = candidates[static_cast<size_t>(i)];
-    Attempt& attempt = attempts[static_cast<size_t>(i)];
-    attempt.succeeded =
-        Decode(candidate, segmentation.tree.nodes(candidate), camera(), area, &attempt.decoded) &&
-        ConfirmBits(image, &attempt.decoded);
+    Marker& marker = markers[marker_count + static_cast<size_t>(i)];
+    marker.is_read =
+        Decode(candidate, segmentation.tree.nodes(candidate), camera(), area, &marker.decoded) &&
+        ConfirmBits(image, &marker.decoded);
   });
-  for (const Attempt& attempt : attempts) {
-    if (attempt.succeeded && !IsKnown(markers, attempt.decoded)) {
-      markers.push_back({attempt.decoded, attempt.decoded.map.Pixel({0, 0}), {}});
-    }
+  for (size_t i = marker_count; i < end; ++i) {
+    Marker& marker = markers[i];
+    if (!marker.is_read || IsKnown(markers.data(), marker_count, marker.decoded)) continue;
+    marker.center = marker.decoded.map.Pixel({0, 0});
+    if (i != marker_count) markers[marker_count] = marker;
+    ++marker_count;
   }
   times.decode += watch.Lap();
 }
 
 void Detector::Impl::MeasureVertices(const ImageView& image) {
-  workers.For(static_cast<int>(markers.size()), [&](int i) {
+  workers.For(static_cast<int>(marker_count), [&](int i) {
     Marker& marker = markers[static_cast<size_t>(i)];
     RefineVertices(image, &marker.decoded, &marker.vertices);
     marker.center = marker.decoded.map.Pixel({0, 0});
@@ -235,7 +239,7 @@ void Detector::Impl::MeasureVertices(const ImageView& image) {
 
 void Detector::Impl::Report(std::vector<Detection>* detections) {
   order.clear();
-  for (const Marker& marker : markers) order.push_back(&marker);
+  for (size_t i = 0; i < marker_count; ++i) order.push_back(&markers[i]);
   std::sort(order.begin(), order.end(), ComesBefore);
   detections->resize(order.size());
   for (size_t i = 0; i < order.size(); ++i) {

@@ -15,14 +15,9 @@
 
 namespace topotag {
 
-/// A candidate that may become a marker.
-struct Attempt {
-  bool succeeded;
-  Decoded decoded;
-};
-
 /// A marker in the making.
 struct Marker {
+  bool is_read;  ///< its candidate was one
   Decoded decoded;
   Point2 center;  ///< pixels
   VertexList vertices;
@@ -71,8 +66,8 @@ struct Detector::Impl {
   Segmentation first;   ///< of the whole area
   Segmentation second;  ///< of one doubtful part of it
   UpsampleWorkspace upsampled;
-  std::vector<Attempt> attempts;  ///< to decode the candidates of one segmentation
-  std::vector<Marker> markers;
+  std::vector<Marker> markers;  ///< never shrinks: the first marker_count ones are in use
+  size_t marker_count = 0;
   std::vector<const Marker*> order;  ///< in which they are reported
 };
 
