@@ -1,19 +1,16 @@
 #include "host/bits.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "host/local_map.h"
 #include "host/model.h"
-#include "host/sample.h"
 #include "topotag/marker.h"
 
 namespace topotag {
 namespace {
 
-constexpr Point2 kBodyRing{1, 1};   // half sides of the square in the middle of the body, units
-constexpr Point2 kGapRing{2, 2};    // the same of the gap
-constexpr double kMinContrast = 6;  // of the gap to the body, grey levels
+constexpr float kMinContrast = 6;  // of the gap to the body, grey levels
 // Holes and solid nodes must differ by this much of the contrast.
 constexpr double kMinSpread = 0.2;
 // Nodes of one kind, and relative variance of their resolution, that a slope is fitted to.
@@ -63,42 +60,45 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
   const Family family = decoded->family;
   const int count = family.vertex_count();
   const uint64_t read = VertexBits(family, decoded->id) | 3;  // p1 and p2 are holes
+  const LocalMaps maps(decoded->map, ModelTable(family), count + 1);
+  NodeLevels* levels = decoded->levels.data();
   // Brightness of the centre over that of the body around it, in parts of the contrast.
-  std::array<double, kMaxVertices> hole;
-  std::array<double, kMaxVertices> resolution;
+  float hole[kMaxVertices];
+  if (!MeasureLevels(image, family, maps, levels, hole)) return false;
+  float sum = 0;
+  float least = INFINITY;
+  for (int i = 2; i < count; ++i) {
+    const float contrast = levels[i].white - levels[i].black;
+    sum += contrast;
+    least = std::min(least, contrast);
+  }
+  if (!(least > kMinContrast)) return false;
+  const float mean_contrast = sum / static_cast<float>(count - 2);
+  float resolution[kMaxVertices];
   Kind kinds[2];
-  double mean_contrast = 0;
-  double darkest = INFINITY;
-  const Point2* model = ModelTable(family);
-  for (int i = count - 1; i >= 0; --i) {
-    const auto k = static_cast<size_t>(i);
-    const LocalMap map(decoded->map, model[i]);
-    const double unit_area = std::abs(map.Determinant());  // pixels
-    NodeLevels& levels = decoded->levels[k];
-    levels = MeasureLevels(image, map, kGapRing, kBodyRing);
+  float darkest = INFINITY;
+  for (int i = 0; i < count; ++i) {
     // The gap around p1 or p2 alone is not that of a node.
-    const double contrast = i < 2 ? mean_contrast : levels.white - levels.black;
-    if (!(contrast > kMinContrast)) return false;
-    if (i >= 2) mean_contrast += contrast / (count - 2);
-    resolution[k] = std::sqrt(unit_area);
-    hole[k] = (Bilinear(image, map.center) - levels.black) / contrast;
-    kinds[read >> i & 1].Add(resolution[k], hole[k]);
-    darkest = std::min(darkest, hole[k]);
+    const float contrast = i < 2 ? mean_contrast : levels[i].white - levels[i].black;
+    hole[i] = (hole[i] - levels[i].black) / contrast;
+    resolution[i] = std::sqrt(static_cast<float>(std::abs(maps.Determinant(i))));
+    kinds[read >> i & 1].Add(resolution[i], hole[i]);
+    darkest = std::min(darkest, hole[i]);
   }
   if (kinds[0].count() == 0) return darkest > kMinOpen * kinds[1].Fit().At(resolution[0]);
 
   const Line solids = kinds[0].Fit();
   const Line rings = kinds[1].Fit();
   uint64_t bits = 0;
+  bool clear = true;
   for (int i = 2; i < count; ++i) {
-    const auto k = static_cast<size_t>(i);
-    const double solid = solids.At(resolution[k]);
-    const double spread = rings.At(resolution[k]) - solid;
-    if (!(spread > kMinSpread)) return false;
-    const double from_middle = (hole[k] - solid) / spread - 0.5;
-    if (std::abs(from_middle) < kUndecided) return false;
-    bits |= static_cast<uint64_t>(from_middle > 0) << i;
+    const double solid = solids.At(resolution[i]);
+    const double spread = rings.At(resolution[i]) - solid;
+    const double above = hole[i] - solid;
+    clear &= spread > kMinSpread && std::abs(above - 0.5 * spread) >= kUndecided * spread;
+    bits |= static_cast<uint64_t>(above > 0.5 * spread) << i;
   }
+  if (!clear) return false;
   decoded->id = IdFromVertexBits(family, bits);
   return true;
 }

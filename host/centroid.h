@@ -13,20 +13,40 @@ struct LinearValue {
   int32_t base, dx, dy;
 };
 
+/// Bounds of DarknessPatch::black, and of g * inverse_white / 2^8 wherever a pixel has weight.
+inline constexpr int kMaxBlack = 1 << 13;
+inline constexpr int kMaxRelative = 10900;
+
+inline constexpr int kMaxStep = 32;
+
+/// Columns that share their rows where not all rows of a patch count.
+inline constexpr int kGroupColumns = 32;
+
+/// The lowest bits of `index` in reverse order: below `size`, a power of 2.
+inline int ReversedBits(int index, int size) {
+  int reversed = 0;
+  for (int bit = 1; bit < size; bit *= 2, index /= 2) reversed = 2 * reversed + index % 2;
+  return reversed;
+}
+
 /// The pixels of a dark shape, and how each counts. All numbers are integers, so that sums over
 /// them are the same on every target, in whatever order they are taken.
 struct DarknessPatch {
-  int x, y;                   ///< of the first pixel in the image
+  int x, y;                   ///< of the first pixel, in the image
   int width = 0, height = 0;  ///< pixels, within the image
+  /// A power of 2, <= kMaxStep. Of group g of kGroupColumns columns the rows r, r + step .. count,
+  /// r = ReversedBits(g, step): neighbouring groups take other rows, so that an edge along the rows
+  /// is seen as sharply as one across them. The sums are multiplied by the step.
+  int step = 1;
   /// Distances from two centre lines, pixels times `one`. A pixel's weight is the product over
   /// both of its distance inside `reach_u`, `reach_v`, between 0 and `one`. Beyond the reach, and
   /// up to 32 pixels left and right of the patch, neither may wrap around.
   LinearValue u, v;
   int16_t reach_u, reach_v;
   int16_t one;  ///< a power of 2, <= 128
-  /// 2^8 black / white: a pixel of grey level g has the darkness black - g / white.
+  /// 2^8 black / white: a pixel of grey level g has the darkness black - g * inverse_white / 2^8.
   LinearValue inverse_white;
-  int16_t black;  ///< a power of 2, <= 2^14: g * inverse_white / 2^8 must fit 16 bits
+  int16_t black;  ///< a power of 2, <= kMaxBlack
 };
 
 /// Sums over the patch of s = weight * darkness / 2^15, rounded for each pixel, and of s times
@@ -41,25 +61,6 @@ struct DarknessSums {
 /// Highway kernel, dispatched at run time; tests/centroid_test.cc has its scalar reference.
 void SumDarkness(const ImageView& image, const DarknessPatch* patches, int count,
                  DarknessSums* sums);
-
-/// 16 points on the outline of a parallelogram, 4 on each side: at (a, b) = (+-4, k) and (k, +-4),
-/// k = -3, -1, 1, 3, they lie at centre + a u + b v. Pixels times 2^15, which the image's size
-/// and what lies beyond must leave room for in 32 bits.
-struct Ring {
-  int32_t ux, uy, vx, vy;
-};
-
-inline constexpr int kRingPoints = 16;
-inline constexpr int kRingShift = 15;
-
-/// Sums of the bilinear grey levels at a ring's points, times 2^8, rounded down for each point; and
-/// of them times a and b. Points outside the image take the nearest pixel of its border.
-struct RingSums {
-  int32_t sum, a, b;
-};
-
-/// As SumDarkness.
-void SumRings(const ImageView& image, int32_t x, int32_t y, const Ring rings[2], RingSums sums[2]);
 
 /// Highway's name of the target that the kernels run on.
 const char* CentroidTargetName();

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "host/local_map.h"
 #include "host/model.h"
-#include "host/sample.h"
 #include "topotag/marker.h"
 
 namespace topotag {
@@ -20,7 +20,7 @@ constexpr double kHoleFit = 0.8;  // hole centre to node centre, units
 // thresholds, blur and ink spread take their share.
 constexpr double kMinNodeArea = 3;
 constexpr double kMaxNodeArea = 16;
-constexpr double kMaxAreaRatio = 2.2;  // of one node to the median
+constexpr float kMaxAreaRatio = 2.2F;  // of one node to the median
 constexpr double kMaxClipped = 1.0;    // pixels of the white square outside the image
 
 double Cross(Point2 a, Point2 b, Point2 c) {
@@ -249,29 +249,31 @@ bool CheckNodes(const Points& points, Family family, const Reading& reading, con
                 const TagMap& map, double* median_area) {
   std::array<float, kMaxVertices> areas;
   const int count = family.bits();
-  const Point2* model = ModelTable(family) + 2;
+  const LocalMaps maps(map, ModelTable(family) + 2, count);
+  bool fit = true;
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<size_t>(i);
     const Node& node = *points.node[static_cast<size_t>(reading.point[k + 2])];
-    const LocalMap local(map, model[i]);
-    const double unit_area = std::abs(local.Determinant());  // pixels
+    const double unit_area = std::abs(maps.Determinant(i));  // pixels
     areas[k] = static_cast<float>(WholeArea(node) / (area.scale * area.scale * unit_area));
     if (node.hole_count == 0) continue;
-    const Jacobian2& j = local.j;
     const Feature& f = node.holes[0];
     const Point2 hole = Centroid(f.sum_x, f.sum_y, f.area, area);
-    const double dx = hole.x - local.center.x;
-    const double dy = hole.y - local.center.y;
+    const double dx = hole.x - maps.x[i];
+    const double dy = hole.y - maps.y[i];
     const double squared_distance =  // units times unit_area
-        Square(j[3] * dx - j[1] * dy) + Square(j[0] * dy - j[2] * dx);
-    if (!(squared_distance < Square(kHoleFit * unit_area))) return false;
+        Square(maps.yv[i] * dx - maps.xv[i] * dy) + Square(maps.xu[i] * dy - maps.yu[i] * dx);
+    fit &= squared_distance < Square(kHoleFit * unit_area);
   }
-  const double median = Median(areas, count);
+  if (!fit) return false;
+  const float median = Median(areas, count);
   if (!(median > kMinNodeArea && median < kMaxNodeArea)) return false;
   *median_area = median;
-  return std::all_of(areas.begin(), areas.begin() + count, [&](double a) {
-    return a < kMaxAreaRatio * median && a * kMaxAreaRatio > median;
-  });
+  for (int i = 0; i < count; ++i) {
+    const float a = areas[static_cast<size_t>(i)];
+    fit &= a < kMaxAreaRatio * median && a * kMaxAreaRatio > median;
+  }
+  return fit;
 }
 
 // A white area that reaches the border of what is searched may go on beyond it, and the nodes that

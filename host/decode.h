@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "host/homography.h"
-#include "host/sample.h"
+#include "host/node_levels.h"
 #include "host/tree.h"
 #include "topotag/detection.h"
 
@@ -17,8 +17,8 @@ struct Decoded {
   uint64_t id = 0;
   TagMap map;            ///< fitted to the centroids of all nodes
   double node_area = 9;  ///< median area of the nodes, holes included, in square units
-  /// Of the nodes from vertex 2 on, set by ConfirmBits.
-  std::array<NodeLevels, kMaxVertices> levels;
+  /// Of the points of ModelTable, set by ConfirmBits.
+  std::array<NodeLevels, kMaxPoints> levels;
 };
 
 /// Where a candidate was found, in pixels of the frame.

@@ -9,7 +9,7 @@
 #include "host/check.h"
 #include "host/detector_impl.h"
 #include "host/pose.h"
-#include "host/sample.h"
+#include "host/local_map.h"
 #include "host/vertices.h"
 
 namespace topotag {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "host/pair.h"
+
 namespace topotag {
 namespace {
 
@@ -14,20 +16,28 @@ struct Vector3d {
 };
 
 // Weighted sums over the points of the products of (x, y, 1) with itself.
-struct Moments {
-  double xx = 0, xy = 0, yy = 0, x = 0, y = 0, one = 0;
+template <typename T>
+struct MomentSums {
+  T xx{}, xy{}, yy{}, x{}, y{}, one{};
 
-  void Add(Point2 p, double weight) {
-    const double wx = weight * p.x;
-    const double wy = weight * p.y;
-    xx += wx * p.x;
-    xy += wx * p.y;
-    yy += wy * p.y;
+  void Add(T px, T py, T weight) {
+    const T wx = weight * px;
+    const T wy = weight * py;
+    xx += wx * px;
+    xy += wx * py;
+    yy += wy * py;
     x += wx;
     y += wy;
     one += weight;
   }
 };
+
+using Moments = MomentSums<double>;
+
+Moments Sum(const MomentSums<Pair>& m) {
+  return {SumLanes(m.xx), SumLanes(m.xy), SumLanes(m.yy),
+          SumLanes(m.x),  SumLanes(m.y),  SumLanes(m.one)};
+}
 
 // Solves for symmetric positive definite 3 x 3 matrices, by their L D L' decomposition with the
 // constant first.
@@ -110,17 +120,22 @@ bool FitHomography(const Point2* from, const Point2* to, int n, const Homography
   // both rows are linear fits with the same matrix; they are eliminated. The origin of u and v is
   // moved among the points: that keeps the digits.
   const Point2 origin{guess.m[0][2], guess.m[1][2]};
-  Moments plain, times_u, times_v, times_square;
-  for (int i = 0; i < n; ++i) {
-    const double denominator = guess.Denominator(from[i]);
-    const double w = 1 / (denominator * denominator);
-    const double u = to[i].x - origin.x;
-    const double v = to[i].y - origin.y;
-    plain.Add(from[i], w);
-    times_u.Add(from[i], w * u);
-    times_v.Add(from[i], w * v);
-    times_square.Add(from[i], w * (u * u + v * v));
+  MomentSums<Pair> plain_pairs, u_pairs, v_pairs, square_pairs;
+  for (int i = 0; i < n; i += 2) {
+    const int k = i + 1 < n ? i + 1 : i;  // an odd last point: no weight
+    const Pair x = {from[i].x, from[k].x};
+    const Pair y = {from[i].y, from[k].y};
+    const Pair denominator = guess.m[2][0] * x + guess.m[2][1] * y + guess.m[2][2];
+    const Pair w = Pair{1, k == i ? 0.0 : 1.0} / (denominator * denominator);
+    const Pair u = Pair{to[i].x, to[k].x} - origin.x;
+    const Pair v = Pair{to[i].y, to[k].y} - origin.y;
+    plain_pairs.Add(x, y, w);
+    u_pairs.Add(x, y, w * u);
+    v_pairs.Add(x, y, w * v);
+    square_pairs.Add(x, y, w * (u * u + v * v));
   }
+  const Moments plain = Sum(plain_pairs), times_u = Sum(u_pairs), times_v = Sum(v_pairs);
+  const Moments times_square = Sum(square_pairs);
   const MomentSolver solver(plain);
   if (!solver.regular()) return false;
   const Row u(solver, times_u);

@@ -11,22 +11,23 @@ constexpr double kPitch = 4;  // units
 constexpr double kBaselineStep = 2;
 constexpr int kFamilies = Family::kMaxN - Family::kMinN + 1;
 
-using Vertices = std::array<Point2, kMaxVertices>;
+using Points = std::array<Point2, kMaxVertices + 1>;
 
-constexpr std::array<Vertices, kFamilies> MakeTables() {
-  std::array<Vertices, kFamilies> tables{};
+constexpr std::array<Points, kFamilies> MakeTables() {
+  std::array<Points, kFamilies> tables{};
   for (int n = Family::kMinN; n <= Family::kMaxN; ++n) {
-    Vertices& table = tables[static_cast<size_t>(n - Family::kMinN)];
+    Points& table = tables[static_cast<size_t>(n - Family::kMinN)];
     const double first = -kPitch / 2 * (n - 1);
     for (int i = 0; i < n * n; ++i) {
       table[static_cast<size_t>(i)] = {first + kPitch * (i % n), first + kPitch * (i / n)};
     }
     table[1] = {first + kBaselineStep, first};
+    table[static_cast<size_t>(n * n)] = {first + kBaselineStep / 2, first};
   }
   return tables;
 }
 
-constexpr std::array<Vertices, kFamilies> kTables = MakeTables();
+constexpr std::array<Points, kFamilies> kTables = MakeTables();
 
 }  // namespace
 

@@ -6,7 +6,8 @@
 
 namespace topotag {
 
-/// The vertex_count() model vertices of a family, units; lives as long as the program.
+/// The vertex_count() model vertices of a family, then the centre of its baseline node, units;
+/// lives as long as the program.
 const Point2* ModelTable(Family family);
 
 }  // namespace topotag

@@ -77,7 +77,8 @@ void Workers::RunOpen(size_t thread) {
     std::atomic<uint64_t>& part = parts_[(thread + i) % parts_.size()].open;
     uint64_t open = part.load(std::memory_order_acquire);
     while (First(open) != End(open)) {
-      const bool from_front = (i == 0) != backward_;  // from the other end of somebody else's part
+      // From the other end of somebody else's part.
+      const bool from_front = (i == 0) != backward_.load(std::memory_order_relaxed);
       const uint64_t left =
           from_front ? Pack(First(open) + 1, End(open)) : Pack(First(open), End(open) - 1);
       if (!part.compare_exchange_weak(open, left, std::memory_order_acq_rel,

@@ -60,7 +60,7 @@ class Workers {
       for (int i = 0; i < count; ++i) task(backward ? count - 1 - i : i);
       return;
     }
-    backward_ = backward;
+    backward_.store(backward, std::memory_order_relaxed);
     Run(
         count, [](const void* context, int i) { (*static_cast<const Task*>(context))(i); }, &task);
   }
@@ -72,8 +72,9 @@ class Workers {
   bool WaitForJob(uint32_t* seen);
   void Stop();
 
+  // Also read by who then finds that the job has ended: every value gives a task once.
+  std::atomic<bool> backward_{false};
   // The job under way, written before its parts are opened and read by who has taken a task of it.
-  bool backward_ = false;
   Call call_ = nullptr;
   const void* context_ = nullptr;
   std::exception_ptr error_;

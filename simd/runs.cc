@@ -187,6 +187,8 @@ HWY_EXPORT(FindBandChanges);
 HWY_EXPORT(FindBandRuns);
 
 constexpr int kBandsPerTask = 2;
+// What vectors may read before a row's first label, where a run touches none above.
+constexpr size_t kBefore = 1;
 // What vectors may read or write behind a row's end.
 constexpr size_t kSlack = 64;
 
@@ -224,8 +226,9 @@ void FindRuns(const BitImage& bits, Workers* workers, RunsWorkspace* workspace,
   });
   ForBands(bands, workers, [&](int band) {
     HWY_DYNAMIC_DISPATCH(FindBandRuns)
-    (changes, stride, band * kBlockRows, static_cast<uint32_t>(static_cast<size_t>(band) * region),
-     components, workspace->rank.data());
+    (changes, stride, band * kBlockRows,
+     static_cast<uint32_t>(static_cast<size_t>(band) * region + kBefore), components,
+     workspace->rank.data());
   });
 }
 

@@ -1,4 +1,5 @@
-// The Highway kernels of host/centroid.h against a plain scalar reference, on every target.
+// The Highway kernels of host/centroid.h and host/levels.h against a plain scalar reference, on
+// every target.
 #include "host/centroid.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +9,8 @@
 #include <random>
 #include <string>
 #include <vector>
+
+#include "host/levels.h"
 
 namespace topotag {
 namespace {
@@ -48,14 +51,15 @@ DarknessSums ReferenceDarkness(const ImageView& image, const DarknessPatch& patc
   DarknessSums sums;
   for (int y = 0; y < patch.height; ++y) {
     for (int x = 0; x < patch.width; ++x) {
+      if (y % patch.step != ReversedBits(x / kGroupColumns, patch.step)) continue;
       const int grey = image.row(patch.y + y)[patch.x + x];
       const int weight = Inside(ValueAt(patch.u, x, y), patch.reach_u, patch.one) *
                          Inside(ValueAt(patch.v, x, y), patch.reach_v, patch.one);
       const int relative = Scaled(grey << 7, ValueAt(patch.inverse_white, x, y));
       const int s = Scaled(weight, patch.black - relative);
-      sums.sum += s;
-      sums.x += int64_t{s} * x;
-      sums.y += int64_t{s} * y;
+      sums.sum += patch.step * s;
+      sums.x += int64_t{patch.step} * s * x;
+      sums.y += int64_t{patch.step} * s * y;
     }
   }
   return sums;
@@ -83,34 +87,36 @@ DarknessPatch RandomPatch(const ImageView& image, Random* random) {
   patch.v = {-patch.height / 2 * slope, shear, slope};
   patch.reach_u = static_cast<int16_t>(patch.width * patch.one / 2);
   patch.reach_v = static_cast<int16_t>(random->Between(0, patch.height * patch.one));
-  patch.black = static_cast<int16_t>(1 << random->Between(4, 14));
-  patch.inverse_white = {random->Between(0, 12000) << 8, random->Between(-9000, 9000),
-                         random->Between(-5000, 5000)};
+  patch.step = random->Between(0, 2) == 0 ? 1 << random->Between(1, 5) : 1;
+  patch.black = static_cast<int16_t>(1 << random->Between(4, 13));
+  // Within kMaxRelative also at the end of 500 pixels.
+  patch.inverse_white = {random->Between(1300, 9500) << 8, random->Between(-300, 300),
+                         random->Between(-300, 300)};
   return patch;
 }
 
 int32_t ReferenceLevel(const ImageView& image, int32_t x, int32_t y) {
   const auto within = [](int32_t place, int size) {
-    return std::min(std::max(place, 0), (size - 1) << kRingShift);
+    return std::min(std::max(place, 0), (size - 1) << kPlaceShift);
   };
   x = within(x, image.width);
   y = within(y, image.height);
-  const int x0 = x >> kRingShift;
-  const int y0 = y >> kRingShift;
+  const int x0 = x >> kPlaceShift;
+  const int y0 = y >> kPlaceShift;
   const int x1 = std::min(x0 + 1, image.width - 1);
   const int y1 = std::min(y0 + 1, image.height - 1);
-  const int fx = x >> (kRingShift - 8) & 255;
-  const int fy = y >> (kRingShift - 8) & 255;
+  const int fx = x >> (kPlaceShift - 8) & 255;
+  const int fy = y >> (kPlaceShift - 8) & 255;
   const int upper = image.row(y0)[x0] * (256 - fx) + image.row(y0)[x1] * fx;
   const int lower = image.row(y1)[x0] * (256 - fx) + image.row(y1)[x1] * fx;
   return (upper * (256 - fy) + lower * fy) >> 8;
 }
 
-RingSums ReferenceRing(const ImageView& image, int32_t x, int32_t y, const Ring& ring) {
+RingSums ReferenceRing(const ImageView& image, const Ring& ring) {
   RingSums sums{};
   const auto add = [&](int a, int b) {
-    const int32_t level =
-        ReferenceLevel(image, x + a * ring.ux + b * ring.vx, y + a * ring.uy + b * ring.vy);
+    const int32_t level = ReferenceLevel(image, ring.x + a * ring.ux + b * ring.vx,
+                                         ring.y + a * ring.uy + b * ring.vy);
     sums.sum += level;
     sums.a += a * level;
     sums.b += b * level;
@@ -158,21 +164,44 @@ TEST_P(CentroidTest, DarknessSumsEqualTheReference) {
 }
 
 TEST_P(CentroidTest, RingSumsEqualTheReference) {
-  constexpr int kOne = 1 << kRingShift;
+  constexpr int kOne = 1 << kPlaceShift;
   Random random(2);
   for (int i = 0; i < 3000; ++i) {
-    const Pixels image(random.Between(1, 60), random.Between(1, 60), random.Between(0, 3), &random);
+    const Pixels image(random.Between(1, 90), random.Between(1, 90), random.Between(0, 3), &random);
     const auto step = [&] { return random.Between(-2 * kOne, 2 * kOne); };
-    const Ring rings[2] = {{step(), step(), step(), step()}, {step(), step(), step(), step()}};
-    const int32_t x = random.Between(-10 * kOne, 70 * kOne);
-    const int32_t y = random.Between(-10 * kOne, 70 * kOne);
-    RingSums sums[2];
-    SumRings(image.view, x, y, rings, sums);
-    for (int r = 0; r < 2; ++r) {
-      const RingSums expected = ReferenceRing(image.view, x, y, rings[r]);
+    const auto place = [&] { return random.Between(-10 * kOne, 70 * kOne); };
+    const bool inside = random.Between(0, 1) != 0;  // all rings of a call, or hardly any
+    std::vector<Ring> rings(static_cast<size_t>(random.Between(1, 20)));
+    for (Ring& ring : rings) {
+      ring = {place(), place(), step(), step(), step(), step()};
+      if (inside) ring = {30 * kOne, 30 * kOne, step(), step(), step(), step()};
+    }
+    std::vector<RingSums> sums(rings.size());
+    SumRings(image.view, rings.data(), static_cast<int>(rings.size()), sums.data());
+    for (size_t r = 0; r < rings.size(); ++r) {
+      const RingSums expected = ReferenceRing(image.view, rings[r]);
       ASSERT_EQ(sums[r].sum, expected.sum) << "case " << i << " ring " << r;
       ASSERT_EQ(sums[r].a, expected.a) << "case " << i << " ring " << r;
       ASSERT_EQ(sums[r].b, expected.b) << "case " << i << " ring " << r;
+    }
+  }
+}
+
+TEST_P(CentroidTest, LevelsEqualTheReference) {
+  constexpr int kOne = 1 << kPlaceShift;
+  Random random(3);
+  for (int i = 0; i < 1000; ++i) {
+    const Pixels image(random.Between(1, 60), random.Between(1, 60), random.Between(0, 3), &random);
+    int32_t x[3 * kRingPoints], y[3 * kRingPoints], levels[3 * kRingPoints];
+    for (int k = 0; k < 3 * kRingPoints; ++k) {
+      x[k] = random.Between(-10 * kOne, 70 * kOne);
+      y[k] = random.Between(-10 * kOne, 70 * kOne);
+    }
+    const int count = random.Between(1, 3 * kRingPoints);
+    SampleLevels(image.view, x, y, count, levels);
+    for (int k = 0; k < count; ++k) {
+      ASSERT_EQ(levels[k], ReferenceLevel(image.view, x[k], y[k]))
+          << "case " << i << " place " << k;
     }
   }
 }

@@ -336,7 +336,7 @@ TEST(ThresholdTest, CornersWithoutContrastTakeTheLargestNearThem) {
   }
 }
 
-// The tile's extremes are 16 levels below and above the mean of its corners, or not.
+// Where the middle of its extremes is below the mean of its corners: black.
 TEST(ThresholdTest, FlatTilesAreOfOneColour) {
   const struct {
     int dark, bright, lo, hi;

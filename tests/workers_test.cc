@@ -12,20 +12,27 @@
 #include <thread>
 #include <vector>
 
+#include "tests/random_image.h"
+
 namespace topotag {
 namespace {
 
 // Each of `count` tasks runs once, whoever runs it.
-void ExpectEachOnce(Workers* workers, int count) {
+void ExpectEachOnce(Workers* workers, int count, bool backward = false) {
   std::vector<std::atomic<int>> calls(static_cast<size_t>(count));
   std::atomic<int> others{0};
-  workers->For(count, [&](int i) {
+  const auto task = [&](int i) {
     if (i < 0 || i >= count) {
       ++others;
     } else {
       calls[static_cast<size_t>(i)].fetch_add(1, std::memory_order_relaxed);
     }
-  });
+  };
+  if (backward) {
+    workers->ForBackward(count, task);
+  } else {
+    workers->For(count, task);
+  }
   ASSERT_EQ(others, 0);
   for (const std::atomic<int>& c : calls) ASSERT_EQ(c, 1) << "of " << count << " tasks";
 }
@@ -42,6 +49,68 @@ TEST_P(WorkersTest, AsManyThreadsAsAskedFor) { EXPECT_EQ(workers_.threads(), Get
 TEST_P(WorkersTest, EveryIndexOnce) {
   for (const int count : {0, 1, 2, 3, 7, 8, 9, 16, 100, 1000, 10000}) {
     ExpectEachOnce(&workers_, count);
+  }
+}
+
+TEST_P(WorkersTest, EveryTaskOnceInEitherDirection) {
+  Random random(2);
+  for (int job = 0; job < 20000; ++job) {
+    ExpectEachOnce(&workers_, random.Below(12), random.Chance(50));
+    if (HasFatalFailure()) return;
+  }
+}
+
+// Ten tasks for each thread: the caller runs its own in order while the others are held up in
+// theirs.
+TEST_P(WorkersTest, TheCallersPartInOrder) {
+  const std::thread::id caller = std::this_thread::get_id();
+  for (const bool backward : {false, true}) {
+    std::atomic<bool> caller_has_ended{false};
+    std::vector<int> order;
+    const auto task = [&](int i) {
+      if (std::this_thread::get_id() == caller) {
+        order.push_back(i);
+        if (order.size() == 10) caller_has_ended = true;
+      } else {
+        while (!caller_has_ended) std::this_thread::yield();
+      }
+    };
+    if (backward) {
+      workers_.ForBackward(10 * GetParam(), task);
+    } else {
+      workers_.For(10 * GetParam(), task);
+    }
+    ASSERT_GE(order.size(), 10u);
+    for (int i = 0; i < 10; ++i) {
+      EXPECT_EQ(order[static_cast<size_t>(i)], backward ? 9 - i : i);
+    }
+  }
+}
+
+// A thread that is held up in one task delays no other one.
+TEST_P(WorkersTest, OthersTakeTheTasksOfAThreadThatIsBusy) {
+  const std::thread::id caller = std::this_thread::get_id();
+  const int count = 10 * GetParam();
+  for (const bool backward : {false, true}) {
+    std::atomic<int> ended{0};
+    bool first_of_caller = GetParam() > 1;
+    const auto task = [&](int) {
+      if (std::this_thread::get_id() == caller && first_of_caller) {
+        first_of_caller = false;
+        const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+        while (ended < count - 1 && std::chrono::steady_clock::now() < limit) {
+          std::this_thread::yield();
+        }
+        EXPECT_EQ(ended, count - 1);
+      }
+      ++ended;
+    };
+    if (backward) {
+      workers_.ForBackward(count, task);
+    } else {
+      workers_.For(count, task);
+    }
+    EXPECT_EQ(ended, count);
   }
 }
 
@@ -141,6 +210,23 @@ TEST_P(WorkersTest, AnExceptionIsThrownToTheCaller) {
       }
     }
     ExpectEachOnce(&workers_, count);
+  }
+}
+
+TEST_P(WorkersTest, TheFirstExceptionIsThrown) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> ended{0};
+  try {
+    workers_.For(10 * GetParam(), [&](int i) {
+      if (std::this_thread::get_id() == caller) {
+        if (++ended <= 10) throw i;
+      } else {
+        while (ended < 10) std::this_thread::yield();
+      }
+    });
+    FAIL() << "no exception";
+  } catch (int i) {
+    EXPECT_EQ(i, 0);
   }
 }
 
