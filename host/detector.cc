@@ -8,8 +8,8 @@
 #include "host/bits.h"
 #include "host/check.h"
 #include "host/detector_impl.h"
-#include "host/pose.h"
 #include "host/local_map.h"
+#include "host/pose.h"
 #include "host/vertices.h"
 
 namespace topotag {

@@ -134,7 +134,7 @@ System Evaluate(const Problem& problem, const Rigid& pose) {
                                       pose.x[1] * px + pose.y[1] * py,
                                       pose.x[2] * px + pose.y[2] * py};
     const Pair z = rotated[2] + pose.t[2];
-    nearest = Pair{std::min(z[0], nearest[0]), std::min(z[1], nearest[1])};
+    nearest = z < nearest ? z : nearest;
     const Pair iz = 1 / z;
     const Pair qx = (rotated[0] + pose.t[0]) * iz;
     const Pair qy = (rotated[1] + pose.t[1]) * iz;
