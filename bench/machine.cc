@@ -8,18 +8,11 @@
 #include <string>
 #include <thread>
 
+#include "tools/compiler.h"
 #include "topotag/detector.h"
 
 namespace topotag::bench {
 namespace {
-
-#if defined(__clang__)
-constexpr char kCompiler[] = "Clang " __clang_version__;
-#elif defined(__GNUC__)
-constexpr char kCompiler[] = "GCC " __VERSION__;
-#else
-constexpr char kCompiler[] = "unknown";
-#endif
 
 /// Linux's; "" elsewhere.
 std::string Processor() {

@@ -67,15 +67,7 @@ class GuardedImage {
   uint8_t* row(int y) { return memory_.data() + y * stride_; }
   ImageView view() const { return {memory_.data(), width_, height_, stride_}; }
 
-  void FillPadding(uint64_t seed) {
-    if (stride_ == width_) return;
-    Random random(seed);
-    for (int y = 0; y + 1 < height_; ++y) {
-      for (ptrdiff_t x = width_; x < stride_; ++x) {
-        row(y)[x] = static_cast<uint8_t>(random.Below(256));
-      }
-    }
-  }
+  void FillPadding(uint64_t seed) { FillBetweenRows(view(), memory_.data(), seed); }
 
  private:
   int width_;

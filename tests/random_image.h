@@ -26,6 +26,16 @@ class Random {
   std::mt19937_64 engine_;
 };
 
+// Fills the bytes between the rows of an image, whose pixels begin at `data`, with garbage.
+inline void FillBetweenRows(const ImageView& image, uint8_t* data, uint64_t seed) {
+  Random random(seed);
+  for (int y = 0; y + 1 < image.height; ++y) {
+    for (ptrdiff_t x = image.width; x < image.stride; ++x) {
+      data[y * image.stride + x] = static_cast<uint8_t>(random.Below(256));
+    }
+  }
+}
+
 // An image that ends with the last row's last pixel: a read behind it is a read behind the
 // allocation. The bytes between the rows can be filled with garbage.
 class PaddedImage {
@@ -40,14 +50,7 @@ class PaddedImage {
   uint8_t* row(int y) { return data_.get() + y * stride_; }
   ImageView view() const { return {data_.get(), width_, height_, stride_}; }
 
-  void FillPadding(uint64_t seed) {
-    Random random(seed);
-    for (int y = 0; y + 1 < height_; ++y) {
-      for (ptrdiff_t x = width_; x < stride_; ++x) {
-        row(y)[x] = static_cast<uint8_t>(random.Below(256));
-      }
-    }
-  }
+  void FillPadding(uint64_t seed) { FillBetweenRows(view(), data_.get(), seed); }
 
  private:
   int width_;

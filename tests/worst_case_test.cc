@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 #include <malloc.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <atomic>
@@ -12,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +19,7 @@
 #include "host/stages.h"
 #include "host/workers.h"
 #include "simd/label.h"
+#include "tests/allocation_hooks.h"
 #include "tests/worst_patterns.h"
 #include "topotag/detector.h"
 
@@ -29,39 +28,15 @@ namespace {
 std::atomic<int64_t> live_bytes{0};
 std::atomic<int64_t> most_live_bytes{0};
 
-void* Allocate(size_t size, size_t alignment) {
-  void* memory = nullptr;
-  if (posix_memalign(&memory, alignment, size == 0 ? 1 : size) != 0) throw std::bad_alloc();
+}  // namespace
+
+void OnAllocate(void* memory) {
   const int64_t live = live_bytes += static_cast<int64_t>(malloc_usable_size(memory));
   int64_t most = most_live_bytes;
   while (most < live && !most_live_bytes.compare_exchange_weak(most, live)) {
   }
-  return memory;
 }
-
-void Free(void* memory) {
-  if (memory != nullptr) live_bytes -= static_cast<int64_t>(malloc_usable_size(memory));
-  free(memory);
-}
-
-}  // namespace
-
-void* operator new(size_t size) { return Allocate(size, alignof(std::max_align_t)); }
-void* operator new[](size_t size) { return Allocate(size, alignof(std::max_align_t)); }
-void* operator new(size_t size, std::align_val_t alignment) {
-  return Allocate(size, static_cast<size_t>(alignment));
-}
-void* operator new[](size_t size, std::align_val_t alignment) {
-  return Allocate(size, static_cast<size_t>(alignment));
-}
-void operator delete(void* memory) noexcept { Free(memory); }
-void operator delete[](void* memory) noexcept { Free(memory); }
-void operator delete(void* memory, size_t) noexcept { Free(memory); }
-void operator delete[](void* memory, size_t) noexcept { Free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { Free(memory); }
-void operator delete[](void* memory, std::align_val_t) noexcept { Free(memory); }
-void operator delete(void* memory, size_t, std::align_val_t) noexcept { Free(memory); }
-void operator delete[](void* memory, size_t, std::align_val_t) noexcept { Free(memory); }
+void OnFree(void* memory) { live_bytes -= static_cast<int64_t>(malloc_usable_size(memory)); }
 
 namespace topotag {
 namespace {

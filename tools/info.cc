@@ -3,19 +3,12 @@
 #include <opencv2/core/version.hpp>
 
 #include "tools/command.h"
+#include "tools/compiler.h"
 #include "topotag/detector.h"
 #include "topotag/device.h"
 
 namespace topotag::tools {
 namespace {
-
-#if defined(__clang__)
-constexpr char kCompiler[] = "Clang " __clang_version__;
-#elif defined(__GNUC__)
-constexpr char kCompiler[] = "GCC " __VERSION__;
-#else
-constexpr char kCompiler[] = "unknown";
-#endif
 
 /// What a detector with this backend says of itself, or why there is none.
 std::string Describe(BackendKind backend) {
