@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 
 #include "host/workers.h"
+#include "simd/labels.h"
 #include "simd/runs.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -11,87 +13,6 @@
 #include <hwy/foreach_target.h>
 //
 #include <hwy/highway.h>
-
-#ifndef TOPOTAG_SIMD_LABEL_ONCE
-#define TOPOTAG_SIMD_LABEL_ONCE
-namespace topotag::simd {
-namespace {
-
-// Union-find over labels; the smaller root wins, so that roots stay in raster order.
-class Labels {
- public:
-  explicit Labels(Components* components)
-      : root_(components->root.data()),
-        parent_(components->parent.data()),
-        white_(components->white.data()) {}
-
-  uint32_t FindRoot(uint32_t label) {
-    while (root_[label] != label) {
-      root_[label] = root_[root_[label]];
-      label = root_[label];
-    }
-    return label;
-  }
-  uint32_t Unite(uint32_t a, uint32_t b) {
-    a = FindRoot(a);
-    b = FindRoot(b);
-    if (a == b) return a;  // label 0 is shared by all strips and never written
-    root_[std::max(a, b)] = std::min(a, b);
-    return std::min(a, b);
-  }
-  void Add(uint32_t label, uint32_t left, bool white) {
-    root_[label] = label;
-    parent_[label] = left;
-    white_[label] = white;
-  }
-
- private:
-  uint32_t* root_;
-  uint32_t* parent_;
-  uint8_t* white_;
-};
-
-struct Row {
-  Row(Components* components, int y)
-      : runs(static_cast<int>(components->row_runs[static_cast<size_t>(y)])),
-        bound(components->bound.data() + components->row_begin[static_cast<size_t>(y)]),
-        label(components->label.data() + components->row_begin[static_cast<size_t>(y)]) {}
-
-  int runs;
-  const int16_t* bound;
-  uint32_t* label;
-};
-
-// Black runs also touch by a corner.
-inline int Reach(int run) { return 1 - (run & 1); }
-
-// Calls touch(i, k) for every run i of `row` and run k of the same colour above that touch.
-template <typename Touch>
-void ForContacts(const Row& above, const Row& row, const Touch& touch) {
-  int first[2] = {0, 1};  // by colour, the first run above that may still touch
-  for (int i = 0; i < row.runs; ++i) {
-    int& j = first[i & 1];
-    const int begin = row.bound[i] - Reach(i);
-    const int end = row.bound[i + 1] + Reach(i);
-    while (j < above.runs && above.bound[j + 1] <= begin) j += 2;
-    for (int k = j; k < above.runs && above.bound[k] < end; k += 2) touch(i, k);
-  }
-}
-
-// Labels the first row of a strip as if nothing but the outside touched it.
-inline uint32_t LabelFirstRow(const Row& row, uint32_t next, Labels* labels) {
-  row.label[0] = 0;
-  for (int i = 1; i < row.runs - 1; ++i) {
-    labels->Add(next, row.label[i - 1], (i & 1) != 0);
-    row.label[i] = next++;
-  }
-  row.label[row.runs - 1] = 0;
-  return next;
-}
-
-}  // namespace
-}  // namespace topotag::simd
-#endif  // TOPOTAG_SIMD_LABEL_ONCE
 
 HWY_BEFORE_NAMESPACE();
 namespace topotag::simd {
@@ -104,6 +25,7 @@ constexpr hn::CappedTag<int16_t, 16> kRanks;
 constexpr hn::CappedTag<int32_t, 16> kIndices;
 constexpr hn::RebindToUnsigned<decltype(kIndices)> kLabels;
 constexpr hn::Rebind<int16_t, decltype(kIndices)> kRanksOfIndices;
+constexpr hn::Rebind<uint8_t, decltype(kLabels)> kBytes;
 constexpr size_t kMaxLanes = 16;
 
 // Some neighbouring runs of a row, and the first and the last run above that each touches.
@@ -112,6 +34,7 @@ struct Contacts {
   HWY_ALIGN int16_t last[kMaxLanes];
   uint32_t none;     // bit i: run i touches no run above
   uint32_t several;  // bit i: run i touches more than one
+  uint32_t many;     // bit i: run i touches more than two
 };
 
 // Bytes are read as they were written: a wider load would wait for the store.
@@ -139,7 +62,70 @@ HWY_INLINE void FindContacts(const int16_t* rank, int count, Contacts* contacts)
   hn::Store(last, kRanks, contacts->last);
   contacts->none = Bits(hn::Lt(last, first));
   contacts->several = Bits(hn::Lt(first, last));
+  contacts->many = Bits(hn::Lt(hn::Add(first, hn::Set(kRanks, 2)), last));
 }
+
+#if HWY_TARGET <= HWY_AVX3
+
+// Labels of neighbouring runs, in vectors and without a branch: Compress is an instruction here.
+
+static_assert(hn::MaxLanes(kLabels) == hn::MaxLanes(kRanks), "one vector of labels");
+
+HWY_ALIGN constexpr int32_t kLaneBefore[kMaxLanes] = {0, 0, 1, 2,  3,  4,  5,  6,
+                                                      7, 8, 9, 10, 11, 12, 13, 14};
+
+using LabelVector = hn::Vec<decltype(kLabels)>;
+using LabelMask = hn::Mask<decltype(kLabels)>;
+
+HWY_INLINE LabelMask MaskOf(uint32_t bits) {
+  uint8_t bytes[8];
+  std::memcpy(bytes, &bits, sizeof(bits));
+  return hn::LoadMaskBits(kLabels, bytes);
+}
+
+HWY_INLINE LabelVector Gather(const uint32_t* from, const int16_t* run) {
+  return hn::GatherIndex(kLabels, from, hn::PromoteTo(kIndices, hn::Load(kRanksOfIndices, run)));
+}
+
+// Gives new labels to the runs that touch none above. What is written in vain lies behind the
+// labels in use: a strip has a label for every run, and the two of the outside in each row need
+// none.
+// @param label       of what each run touches; any where it touches none
+// @param left_label  of the run before the first one
+HWY_INLINE LabelVector AddNew(uint32_t none, LabelVector label, uint32_t left_label, uint32_t* next,
+                              Labels* labels) {
+  const auto lane = hn::Iota(kLabels, 0);
+  const auto one = hn::Set(kLabels, 1);
+  const auto first = hn::Set(kLabels, *next);
+  const auto before = hn::Sub(hn::Shl(one, lane), one);
+  const auto rank = hn::PopulationCount(hn::And(hn::Set(kLabels, none), before));
+  const LabelMask is_new = MaskOf(none);
+  const auto own = hn::IfThenElse(is_new, hn::Add(first, rank), label);
+  const auto left =
+      hn::IfThenElse(hn::FirstN(kLabels, 1), hn::Set(kLabels, left_label),
+                     hn::TableLookupLanes(own, hn::SetTableIndices(kLabels, kLaneBefore)));
+  const auto white = hn::Compress(hn::And(lane, one), is_new);
+  hn::StoreU(hn::Add(first, lane), kLabels, labels->root(*next));
+  hn::StoreU(hn::Compress(left, is_new), kLabels, labels->parent(*next));
+  hn::StoreU(hn::DemoteTo(kBytes, hn::BitCast(kIndices, white)), kBytes, labels->white(*next));
+  *next += static_cast<uint32_t>(hwy::PopCount(none));
+  return own;
+}
+
+HWY_INLINE void LabelRuns(const Row& above, const Contacts& contacts, uint32_t* label,
+                          uint32_t* next, Labels* labels, Equivalences* equivalences) {
+  const LabelVector touched = Gather(above.label, contacts.first);
+  const LabelVector own = AddNew(contacts.none, touched, label[-1], next, labels);
+  hn::StoreU(own, kLabels, label);
+  // Around a hole the first and the last label are the same.
+  const LabelVector last = Gather(above.label, contacts.last);
+  const LabelMask differs = hn::And(MaskOf(contacts.several), hn::Ne(own, last));
+  hn::StoreU(hn::Compress(own, differs), kLabels, equivalences->a + equivalences->count);
+  hn::StoreU(hn::Compress(last, differs), kLabels, equivalences->b + equivalences->count);
+  equivalences->count += hn::CountTrue(kLabels, differs);
+}
+
+#else
 
 HWY_INLINE void Gather(const uint32_t* from, const int16_t* run, uint32_t* to) {
   for (size_t k = 0; k < hn::Lanes(kRanks); k += hn::Lanes(kIndices)) {
@@ -164,6 +150,24 @@ HWY_INLINE uint32_t AddNew(uint32_t none, uint32_t* label, uint32_t next, Labels
   return next + count;
 }
 
+HWY_INLINE void LabelRuns(const Row& above, const Contacts& contacts, uint32_t* label,
+                          uint32_t* next, Labels* labels, Equivalences* equivalences) {
+  Gather(above.label, contacts.first, label);
+  *next = AddNew(contacts.none, label, *next, labels);
+  if (contacts.several == 0) return;
+  // Around a hole the first and the last label are the same.
+  HWY_ALIGN uint32_t last_label[kMaxLanes];
+  Gather(above.label, contacts.last, last_label);
+  for (uint32_t rest = contacts.several; rest != 0; rest &= rest - 1) {
+    const size_t k = hwy::Num0BitsBelowLS1Bit_Nonzero32(rest);
+    if (label[k] == last_label[k]) continue;
+    equivalences->a[equivalences->count] = label[k];
+    equivalences->b[equivalences->count++] = last_label[k];
+  }
+}
+
+#endif
+
 // Most rows of a plain background: at most one white run, below the one of the row above.
 HWY_INLINE bool IsPlain(const Row& above, const Row& row, const int16_t* rank) {
   return row.runs == above.runs &&
@@ -172,7 +176,7 @@ HWY_INLINE bool IsPlain(const Row& above, const Row& row, const int16_t* rank) {
 
 // Labels a row below another one; returns the next free label.
 uint32_t LabelRow(const Row& above, const Row& row, const int16_t* rank, uint32_t next,
-                  Labels* labels) {
+                  Labels* labels, Equivalences* equivalences) {
   if (IsPlain(above, row, rank)) {
     std::copy_n(above.label, row.runs, row.label);
     return next;
@@ -182,19 +186,14 @@ uint32_t LabelRow(const Row& above, const Row& row, const int16_t* rank, uint32_
     Contacts contacts;
     FindContacts(rank + begin, row.runs - begin, &contacts);
     uint32_t* label = row.label + begin;
-    Gather(above.label, contacts.first, label);
-    next = AddNew(contacts.none, label, next, labels);
-    if (contacts.several == 0) continue;
-    // Around a hole the first and the last label are the same.
-    HWY_ALIGN uint32_t last_label[kMaxLanes];
-    Gather(above.label, contacts.last, last_label);
-    for (uint32_t rest = contacts.several; rest != 0; rest &= rest - 1) {
+    LabelRuns(above, contacts, label, &next, labels, equivalences);
+    for (uint32_t rest = contacts.many; rest != 0; rest &= rest - 1) {
       const size_t k = hwy::Num0BitsBelowLS1Bit_Nonzero32(rest);
-      if (label[k] != last_label[k]) labels->Unite(label[k], last_label[k]);
       for (int run = contacts.first[k] + 2; run < contacts.last[k]; run += 2) {
-        if (above.label[run] != label[k]) labels->Unite(label[k], above.label[run]);
+        if (above.label[run] != label[k]) equivalences->Add(label[k], above.label[run], labels);
       }
     }
+    equivalences->Unite(Equivalences::kCapacity, labels);
   }
   return next;
 }
@@ -204,6 +203,7 @@ uint32_t LabelRow(const Row& above, const Row& row, const int16_t* rank, uint32_
 // Labels the rows of a strip on their own, with labels from strip->labels.begin on.
 void LabelStrip(const int16_t* rank, Components* components, Strip* strip) {
   Labels labels(components);
+  Equivalences equivalences;
   uint32_t next = std::max(strip->labels.begin, 1u);
   for (int y = strip->row_begin; y < strip->row_end; ++y) {
     const Row row(components, y);
@@ -211,9 +211,11 @@ void LabelStrip(const int16_t* rank, Components* components, Strip* strip) {
       next = LabelFirstRow(row, next, &labels);
     } else {
       next = LabelRow(Row(components, y - 1), row,
-                      rank + components->row_begin[static_cast<size_t>(y)], next, &labels);
+                      rank + components->row_begin[static_cast<size_t>(y)], next, &labels,
+                      &equivalences);
     }
   }
+  equivalences.Unite(1, &labels);
   strip->labels.end = next;
 }
 
@@ -229,6 +231,8 @@ HWY_EXPORT(LabelStrip);
 
 // Below so many runs a second strip costs more than it saves.
 constexpr size_t kMinRunsPerStrip = 1000;
+// What vectors may write behind the last label.
+constexpr size_t kLabelSlack = 16;
 
 // One strip a thread, with about as many runs each, of whole bands: vectors of labels reach beyond
 // the end of a row, but not out of its band's region. Returns a bound of all labels.
@@ -294,9 +298,9 @@ void Label(const BitImage& bits, Workers* workers, LabelWorkspace* workspace,
   FindRuns(bits, workers, &workspace->runs, components);
   std::vector<Strip>& strips = workspace->strips;
   const uint32_t max_labels = CutStrips(*components, workers->threads(), &strips);
-  components->root.Reserve(max_labels);
-  components->parent.Reserve(max_labels);
-  components->white.Reserve(max_labels);
+  components->root.Reserve(max_labels + kLabelSlack);
+  components->parent.Reserve(max_labels + kLabelSlack);
+  components->white.Reserve(max_labels + kLabelSlack);
   Labels labels(components);
   labels.Add(0, 0, false);
   const int count = static_cast<int>(strips.size());

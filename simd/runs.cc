@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 
 #include "host/workers.h"
 #include "topotag/image.h"
@@ -86,6 +87,87 @@ struct Output {
   size_t runs_above;  // that begin left of here in the row above, but for the first one
 };
 
+#if HWY_TARGET <= HWY_AVX3_DL
+
+// Bounds and ranks of all pixels of a word, of which Compress, an instruction here, takes those
+// that are bounds.
+
+constexpr hn::CappedTag<uint8_t, 64> kPixels;
+constexpr hn::CappedTag<uint16_t, 32> kBounds;
+constexpr hn::Repartition<uint32_t, decltype(kBounds)> kPairs;
+constexpr hn::RebindToSigned<decltype(kBounds)> kStored;
+
+// Which pixel a lane holds, so that interleaving brings the pixels into order; its byte, the bits
+// of that up to its own, and its own.
+struct PixelOfLane {
+  constexpr PixelOfLane() {
+    for (size_t i = 0; i < 64; ++i) {
+      pixel[i] = static_cast<uint8_t>(i / 16 * 8 + i % 8 + (i % 16 < 8 ? 0 : 32));
+      byte[i] = static_cast<uint8_t>(pixel[i] / 8);
+      up_to[i] = static_cast<uint8_t>((2 << pixel[i] % 8) - 1);
+      own[i] = static_cast<uint8_t>(1 << pixel[i] % 8);
+    }
+  }
+  alignas(64) uint8_t pixel[64]{}, byte[64]{}, up_to[64]{}, own[64]{};
+};
+constexpr PixelOfLane kLane;
+
+// In each byte, how many bits are set in the bytes below it.
+HWY_INLINE uint64_t BitsInLowerBytes(uint64_t word) {
+  word -= word >> 1 & 0x5555555555555555;
+  word = (word & 0x3333333333333333) + (word >> 2 & 0x3333333333333333);
+  word = (word + (word >> 4)) & 0x0f0f0f0f0f0f0f0f;
+  return word * 0x0101010101010100;
+}
+
+// For each pixel, how many bits of `above` are set up to it, times two, plus its own.
+HWY_INLINE hn::Vec<decltype(kPixels)> RankPixels(uint64_t above) {
+  const auto byte = hn::Load(kPixels, kLane.byte);
+  const auto bits = hn::TableLookupBytes(hn::BitCast(kPixels, hn::Set(kU64, above)), byte);
+  const auto lower =
+      hn::TableLookupBytes(hn::BitCast(kPixels, hn::Set(kU64, BitsInLowerBytes(above))), byte);
+  const auto up_to = hn::And(bits, hn::Load(kPixels, kLane.up_to));
+  const auto rank = hn::Add(lower, hn::PopulationCount(up_to));
+  const auto own = hn::IfThenElseZero(hn::TestBit(bits, hn::Load(kPixels, kLane.own)),
+                                      hn::Set(kPixels, uint8_t{1}));
+  return hn::Add(hn::Add(rank, rank), own);
+}
+
+// Appends the bounds among 32 pixels.
+// @param pixels  high byte: the pixel in its word; low byte: what RankPixels says of it
+HWY_INLINE void EmitHalf(hn::Vec<decltype(kBounds)> pixels, uint32_t change, size_t word,
+                         Output* out) {
+  uint8_t bytes[8];
+  std::memcpy(bytes, &change, sizeof(change));
+  const auto found = hn::Compress(pixels, hn::LoadMaskBits(kBounds, bytes));
+  const auto x =
+      hn::Add(hn::Set(kBounds, static_cast<uint16_t>(word * 64)), hn::ShiftRight<8>(found));
+  // The rank of an even bound, where a black run begins, leaves out the bound's own pixel.
+  const auto leave_out =
+      hn::BitCast(kBounds, hn::Set(kPairs, out->count % 2 == 0 ? 1u : uint32_t{1} << 16));
+  const auto rank = hn::Sub(hn::ShiftRight<1>(hn::And(found, hn::Set(kBounds, uint16_t{0xff}))),
+                            hn::And(found, leave_out));
+  const auto runs_above = hn::Set(kBounds, static_cast<uint16_t>(out->runs_above));
+  hn::StoreU(hn::BitCast(kStored, x), kStored, out->bound + out->count);
+  hn::StoreU(hn::BitCast(kStored, hn::Add(runs_above, rank)), kStored, out->rank + out->count);
+  out->count += hwy::PopCount(uint64_t{change});
+}
+
+// Appends the bounds in one word and their ranks.
+HWY_INLINE void EmitWord(uint64_t change, uint64_t above, size_t word, Output* out) {
+  const auto rank = RankPixels(above);
+  const auto pixel = hn::Load(kPixels, kLane.pixel);
+  EmitHalf(hn::BitCast(kBounds, hn::InterleaveLower(kPixels, rank, pixel)),
+           static_cast<uint32_t>(change), word, out);
+  if (change >> 32 != 0) {
+    EmitHalf(hn::BitCast(kBounds, hn::InterleaveUpper(kPixels, rank, pixel)),
+             static_cast<uint32_t>(change >> 32), word, out);
+  }
+  out->runs_above += hwy::PopCount(above);
+}
+
+#else
+
 // Appends the bounds in one word and their ranks. Four at a time, the last ones in vain: fewer
 // branches to mispredict.
 HWY_INLINE void EmitWord(uint64_t change, uint64_t above, size_t word, Output* out) {
@@ -106,6 +188,8 @@ HWY_INLINE void EmitWord(uint64_t change, uint64_t above, size_t word, Output* o
   out->count = end;
   out->runs_above += hwy::PopCount(above);
 }
+
+#endif
 
 // Writes the bounds of one row and their ranks among those of the row above; returns how many runs
 // it has. Rows are padded to vectors.
