@@ -17,9 +17,10 @@ namespace {
 
 // A doubtful white area is looked at again, a small one in twice the resolution, with thresholds
 // as before, nearer to its white (holes that ran into a gap close), and nearer to its black (holes
-// that vanished open).
+// that vanished open). Where nothing like a marker is left, other thresholds bring none.
 constexpr int kSecondLookSixteenths[] = {7, 8, 6};
 constexpr int64_t kMaxUpsampledArea = 160 * 160;  // pixels
+constexpr int kSecondLookMargin = 8;              // pixels around the white area
 // All second looks of a frame together cover at most a quarter of it, or so many small areas: this
 // bounds their time.
 constexpr int64_t kSecondLookShare = 4;
@@ -161,10 +162,10 @@ void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
   int64_t budget = std::max(int64_t{whole.width} * whole.height / kSecondLookShare, kMinSecondLook);
   for (const Doubt& doubt : first.tree.doubts()) {
     const Feature& white = doubt.white;
-    const int x0 = std::max(white.min_x - kTile, 0);
-    const int y0 = std::max(white.min_y - kTile, 0);
-    const int x1 = std::min(white.max_x + kTile, whole.width - 1);
-    const int y1 = std::min(white.max_y + kTile, whole.height - 1);
+    const int x0 = std::max(white.min_x - kSecondLookMargin, 0);
+    const int y0 = std::max(white.min_y - kSecondLookMargin, 0);
+    const int x1 = std::min(white.max_x + kSecondLookMargin, whole.width - 1);
+    const int y1 = std::min(white.max_y + kSecondLookMargin, whole.height - 1);
     const Rect part{whole.x + x0, whole.y + y0, x1 - x0 + 1, y1 - y0 + 1};
     const int64_t cost = int64_t{part.width} * part.height;
     if (cost > budget) continue;
@@ -202,7 +203,8 @@ void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const 
     params.contrast_sixteenths = sixteenths;
     second.Run(second_backend.get(), view, params, &times);
     DecodeCandidates(image, second, {part.x, part.y, small ? 2 : 1, whole});
-    if (marker_count > before) return;
+    const bool is_doubtful = !second.tree.candidates().empty() || !second.tree.doubts().empty();
+    if (marker_count > before || !is_doubtful) return;
   }
 }
 
