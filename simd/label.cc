@@ -219,6 +219,39 @@ void LabelStrip(const int16_t* rank, Components* components, Strip* strip) {
   strip->labels.end = next;
 }
 
+// Lets every label of a strip, and every root's parent, point to its root. A label of another strip
+// may be read here while that strip is flattened: what is final already is not written again.
+void Flatten(const Strip& strip, Components* components) {
+  uint32_t* root = components->root.data();
+  uint32_t* parent = components->parent.data();
+#if HWY_TARGET <= HWY_AVX3
+  for (uint32_t begin = strip.labels.begin; begin < strip.labels.end; begin += kMaxLanes) {
+    const LabelMask valid = hn::FirstN(kLabels, strip.labels.end - begin);
+    auto own = hn::IfThenElseZero(valid, hn::LoadU(kLabels, root + begin));
+    // Labels of vectors before are final: again only where one of this vector stands for another.
+    for (;;) {
+      const auto last = hn::GatherIndex(kLabels, root, hn::BitCast(kIndices, own));
+      const LabelMask moves = hn::Ne(last, own);
+      if (hn::AllFalse(kLabels, moves)) break;
+      hn::BlendedStore(last, moves, kLabels, root + begin);
+      own = last;
+    }
+    const auto around = hn::IfThenElseZero(valid, hn::LoadU(kLabels, parent + begin));
+    hn::BlendedStore(hn::GatherIndex(kLabels, root, hn::BitCast(kIndices, around)), valid, kLabels,
+                     parent + begin);
+  }
+#else
+  for (uint32_t label = strip.labels.begin; label < strip.labels.end; ++label) {
+    const uint32_t own = root[label];
+    if (own == label) {
+      parent[label] = root[parent[label]];
+    } else if (const uint32_t last = root[own]; last != own) {
+      root[label] = last;
+    }
+  }
+#endif
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace topotag::simd
 HWY_AFTER_NAMESPACE();
@@ -227,6 +260,7 @@ HWY_AFTER_NAMESPACE();
 namespace topotag::simd {
 namespace {
 
+HWY_EXPORT(Flatten);
 HWY_EXPORT(LabelStrip);
 
 // Below so many runs a second strip costs more than it saves.
@@ -276,21 +310,6 @@ void MergeOutside(const Row& row, Labels* labels) {
   for (int i = 0; i < row.runs; i += 2) labels->Unite(0, row.label[i]);
 }
 
-// Lets every label of a strip, and every root's parent, point to its root. A label of another strip
-// may be read here while that strip is flattened: what is final already is not written again.
-void Flatten(const Strip& strip, Components* components) {
-  uint32_t* root = components->root.data();
-  uint32_t* parent = components->parent.data();
-  for (uint32_t label = strip.labels.begin; label < strip.labels.end; ++label) {
-    const uint32_t own = root[label];
-    if (own == label) {
-      parent[label] = root[parent[label]];
-    } else if (const uint32_t last = root[own]; last != own) {
-      root[label] = last;
-    }
-  }
-}
-
 }  // namespace
 
 void Label(const BitImage& bits, Workers* workers, LabelWorkspace* workspace,
@@ -320,7 +339,9 @@ void Label(const BitImage& bits, Workers* workers, LabelWorkspace* workspace,
   for (const uint32_t label : workspace->merged) {
     components->root[label] = labels.FindRoot(label);
   }
-  workers->For(count, [&](int i) { Flatten(strips[static_cast<size_t>(i)], components); });
+  workers->For(count, [&](int i) {
+    HWY_DYNAMIC_DISPATCH(Flatten)(strips[static_cast<size_t>(i)], components);
+  });
   components->ranges.clear();
   for (const Strip& strip : strips) components->ranges.push_back(strip.labels);
 }
