@@ -14,12 +14,13 @@
 namespace topotag {
 namespace {
 
-// A support that is off pulls the centroid by a twentieth of that: nodes whose expected place moves
-// by more than this when the map is refitted are measured again, once.
-constexpr double kMoved = 0.03;        // pixels
-constexpr double kMovedUnits = 0.003;  // units; the larger one counts
-constexpr double kMinSignal = 0.2;     // of the signal of an unblurred shape
-constexpr double kMaxOffset = 0.5;     // from the expected place, units
+// A support that is off pulls the centroid by a sixteenth of that at 2 pixels a unit, by a
+// hundredth at 6: nodes whose expected place moves by more than this when the map is refitted are
+// measured again, once.
+constexpr double kMoved = 0.03;       // pixels
+constexpr double kMovedUnits = 0.02;  // units; the larger one counts
+constexpr double kMinSignal = 0.2;    // of the signal of an unblurred shape
+constexpr double kMaxOffset = 0.5;    // from the expected place, units
 
 // A dark shape with gaps around it. Lengths in units.
 struct Shape {
