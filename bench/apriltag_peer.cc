@@ -1,10 +1,28 @@
 #include <apriltag/apriltag.h>
+#include <apriltag/apriltag_pose.h>
 #include <apriltag/tag36h11.h>
+
+#include <cstdlib>
 
 #include "bench/peers.h"
 
 namespace topotag::bench {
 namespace {
+
+struct ZarrayDelete {
+  void operator()(zarray_t* detections) const { apriltag_detections_destroy(detections); }
+};
+using Detections = std::unique_ptr<zarray_t, ZarrayDelete>;
+
+size_t Count(const Detections& detections) {
+  return detections ? static_cast<size_t>(zarray_size(detections.get())) : 0;
+}
+
+apriltag_detection_t* Get(const Detections& detections, size_t i) {
+  apriltag_detection_t* detection = nullptr;
+  zarray_get(detections.get(), static_cast<int>(i), &detection);
+  return detection;
+}
 
 class AprilTagPeer : public Peer {
  public:
@@ -38,23 +56,60 @@ class AprilTagPeer : public Peer {
   }
 
   void Detect(const ImageView& image, std::vector<int>* ids) override {
-    // The library takes a pointer to changeable pixels and does not change them.
-    image_u8_t view{image.width, image.height, static_cast<int32_t>(image.stride),
-                    const_cast<uint8_t*>(image.data)};
-    zarray_t* detections = apriltag_detector_detect(detector_.get(), &view);
+    Search(image);
     ids->clear();
-    for (int i = 0; i < zarray_size(detections); ++i) {
-      apriltag_detection_t* detection = nullptr;
-      zarray_get(detections, i, &detection);
-      ids->push_back(detection->id);
+    for (size_t i = 0; i < Count(detections_); ++i) ids->push_back(Get(detections_, i)->id);
+  }
+
+  void Locate(const ImageView& image, std::vector<Located>* markers) override {
+    Search(image);
+    markers->clear();
+    for (size_t i = 0; i < Count(detections_); ++i) {
+      const apriltag_detection_t* detection = Get(detections_, i);
+      Located located;
+      located.id = detection->id;
+      // The library's corners begin at the bottom left and turn the other way; its pixels have
+      // their centres at halves.
+      for (size_t c = 0; c < 4; ++c) {
+        const double* p = detection->p[3 - c];
+        located.corners[c] = {p[0] - 0.5, p[1] - 0.5};
+      }
+      markers->push_back(located);
     }
-    apriltag_detections_destroy(detections);
+  }
+
+  std::optional<PoseSolution> OwnPose(size_t index, const Camera& camera, double side) override {
+    apriltag_detection_info_t info{Get(detections_, index), side,           camera.fx, camera.fy,
+                                   camera.cx + 0.5,         camera.cy + 0.5};
+    apriltag_pose_t estimate{};
+    estimate_tag_pose(&info, &estimate);
+    PoseSolution pose;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) pose.R[i][j] = MATD_EL(estimate.R, i, j);
+      pose.t[i] = MATD_EL(estimate.t, i, 0);
+    }
+    // What matd_destroy does, which not every package exports.
+    std::free(estimate.R);
+    std::free(estimate.t);
+    return pose;
+  }
+
+  double black_share() const override {
+    return static_cast<double>(family_->width_at_border) / family_->total_width;
   }
 
  private:
+  void Search(const ImageView& image) {
+    // The library takes a pointer to changeable pixels and does not change them.
+    image_u8_t view{image.width, image.height, static_cast<int32_t>(image.stride),
+                    const_cast<uint8_t*>(image.data)};
+    detections_.reset(apriltag_detector_detect(detector_.get(), &view));
+  }
+
   int decimate_;
   std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> family_;
   std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector_;
+  Detections detections_;
 };
 
 }  // namespace

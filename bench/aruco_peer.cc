@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <opencv2/aruco.hpp>
 #include <opencv2/core.hpp>
+#include <utility>
 
 #include "bench/peers.h"
 
@@ -34,7 +35,15 @@ class ArucoPeer : public Peer {
         Aruco3Ratio(setup, black / (black + 2 * kBorder));
   }
 
-  std::string name() const override { return parameters_->useAruco3Detection ? "ArUco3" : "ArUco"; }
+  void RefineCorners(cv::aruco::CornerRefineMethod method) {
+    parameters_->cornerRefinementMethod = method;
+  }
+
+  std::string name() const override {
+    if (parameters_->cornerRefinementMethod == cv::aruco::CORNER_REFINE_SUBPIX) return "ArUco/s";
+    if (parameters_->cornerRefinementMethod == cv::aruco::CORNER_REFINE_APRILTAG) return "ArUco/a";
+    return parameters_->useAruco3Detection ? "ArUco3" : "ArUco";
+  }
   std::string description() const override {
     const std::string base = "OpenCV " CV_VERSION ", DICT_6X6_250, ";
     if (!parameters_->useAruco3Detection) return base + "default parameters";
@@ -65,6 +74,23 @@ class ArucoPeer : public Peer {
     cv::aruco::detectMarkers(view, dictionary_, corners_, *ids, parameters_);
   }
 
+  void Locate(const ImageView& image, std::vector<Located>* markers) override {
+    std::vector<int> ids;
+    Detect(image, &ids);
+    markers->clear();
+    for (size_t i = 0; i < ids.size(); ++i) {
+      Located located;
+      located.id = ids[i];
+      for (size_t c = 0; c < 4; ++c) located.corners[c] = {corners_[i][c].x, corners_[i][c].y};
+      markers->push_back(located);
+    }
+  }
+
+  double black_share() const override {
+    const double black = dictionary_->markerSize + 2;
+    return black / (black + 2 * kBorder);
+  }
+
  private:
   int threads_;
   cv::Ptr<cv::aruco::Dictionary> dictionary_;
@@ -77,6 +103,14 @@ class ArucoPeer : public Peer {
 void AddAruco(const PeerSetup& setup, std::vector<std::unique_ptr<Peer>>* peers) {
   for (const bool aruco3 : {false, true}) {
     peers->push_back(std::make_unique<ArucoPeer>(aruco3, setup));
+  }
+}
+
+void AddRefinedAruco(std::vector<std::unique_ptr<Peer>>* peers) {
+  for (const auto method : {cv::aruco::CORNER_REFINE_SUBPIX, cv::aruco::CORNER_REFINE_APRILTAG}) {
+    auto peer = std::make_unique<ArucoPeer>(false, PeerSetup());
+    peer->RefineCorners(method);
+    peers->push_back(std::move(peer));
   }
 }
 

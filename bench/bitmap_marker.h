@@ -15,8 +15,9 @@ struct BitmapMarker {
 };
 
 /// The frame of a scene with other markers: markers[i] stands where the scene has its marker i,
-/// in the same pose and as large as ours is with its black frame. Sampled 6 x 6 times a pixel,
-/// then blurred; with the scene's noise. The camera must be without distortion.
+/// in the same pose and as large as ours is with its black frame. As exact as RenderScene.
+Image RenderBitmaps(const Scene& scene, const std::vector<BitmapMarker>& markers);
+/// Random bytes where the scene is random.
 Image RenderBitmaps(const BenchScene& scene, const std::vector<BitmapMarker>& markers);
 
 }  // namespace topotag::bench

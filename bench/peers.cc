@@ -1,5 +1,7 @@
 #include "bench/peers.h"
 
+#include <utility>
+
 namespace topotag::bench {
 
 std::vector<std::unique_ptr<Peer>> MakePeers([[maybe_unused]] const PeerSetup& setup) {
@@ -9,6 +11,22 @@ std::vector<std::unique_ptr<Peer>> MakePeers([[maybe_unused]] const PeerSetup& s
 #endif
 #ifdef TOPOTAG_BENCH_WITH_ARUCO
   AddAruco(setup, &peers);
+#endif
+  return peers;
+}
+
+std::unique_ptr<Peer> MakeAprilTag() {
+  std::vector<std::unique_ptr<Peer>> peers;
+#ifdef TOPOTAG_BENCH_WITH_APRILTAG
+  AddAprilTag({}, &peers);
+#endif
+  return peers.empty() ? nullptr : std::move(peers.front());
+}
+
+std::vector<std::unique_ptr<Peer>> MakeRefinedAruco() {
+  std::vector<std::unique_ptr<Peer>> peers;
+#ifdef TOPOTAG_BENCH_WITH_ARUCO
+  AddRefinedAruco(&peers);
 #endif
   return peers;
 }

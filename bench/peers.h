@@ -1,13 +1,23 @@
 #ifndef TOPOTAG_BENCH_PEERS_H_
 #define TOPOTAG_BENCH_PEERS_H_
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/bitmap_marker.h"
 
 namespace topotag::bench {
+
+/// Where a peer has seen a marker.
+struct Located {
+  int id = 0;
+  /// Of the black square, clockwise from the one at the bitmap's top left; pixels, (0, 0) =
+  /// centre of the top-left pixel.
+  std::array<Point2, 4> corners;
+};
 
 /// A detector of other markers, with the parameters that its users get unless they change them.
 class Peer {
@@ -22,6 +32,16 @@ class Peer {
   virtual BitmapMarker Marker(int id) const = 0;
   /// IDs of the markers found, in any order; without poses.
   virtual void Detect(const ImageView& image, std::vector<int>* ids) = 0;
+  /// The same with the corners.
+  virtual void Locate(const ImageView& image, std::vector<Located>* markers) = 0;
+  /// The pose of marker `index` of the last Locate by the library's own function, if it has one.
+  /// @param side  of the black square, metres.
+  virtual std::optional<PoseSolution> OwnPose(size_t /*index*/, const Camera& /*camera*/,
+                                              double /*side*/) {
+    return std::nullopt;
+  }
+  /// Side of the black square as a share of the whole marker's.
+  virtual double black_share() const = 0;
 };
 
 /// What the peers are told.
@@ -38,9 +58,16 @@ std::vector<std::unique_ptr<Peer>> MakePeers(const PeerSetup& setup);
 /// "AprilTag 3: the reason", of those that this build does not have.
 std::vector<std::string> MissingPeers();
 
+/// AprilTag 3 with quad_decimate 1; null in a build without it.
+std::unique_ptr<Peer> MakeAprilTag();
+/// OpenCV's ArUco with its corners refined as by cornerSubPix and as by AprilTag 2; none in a build
+/// without it.
+std::vector<std::unique_ptr<Peer>> MakeRefinedAruco();
+
 /// Each library's own; in builds that have it.
 void AddAprilTag(const PeerSetup& setup, std::vector<std::unique_ptr<Peer>>* peers);
 void AddAruco(const PeerSetup& setup, std::vector<std::unique_ptr<Peer>>* peers);
+void AddRefinedAruco(std::vector<std::unique_ptr<Peer>>* peers);
 
 }  // namespace topotag::bench
 

@@ -24,14 +24,6 @@ Camera CameraFor(FrameSize size) {
   return test::PinholeCamera(size.width, size.height, 695.0 / 1280 * size.width);
 }
 
-/// Turns the optical axis into the line of sight to a point.
-Matrix3 LineOfSight(const Vector3& t) {
-  using test::operator*;
-  const double around = std::atan2(t[0], -t[1]);
-  const double away = std::atan2(std::hypot(t[0], t[1]), t[2]);
-  return test::RotationZ(around) * (test::RotationX(away) * test::RotationZ(-around));
-}
-
 SceneMarker RandomMarker(const Vector3& t, test::Random* random) {
   using test::operator*;
   SceneMarker marker;
@@ -149,6 +141,13 @@ BenchScene MakeCrowd(int count) {
 double OuterSide(const SceneMarker& marker) {
   const double white = marker.design.family.white_side();
   return marker.tag_size * (white + 2 * marker.design.frame) / white;
+}
+
+Matrix3 LineOfSight(const Vector3& t) {
+  using test::operator*;
+  const double around = std::atan2(t[0], -t[1]);
+  const double away = std::atan2(std::hypot(t[0], t[1]), t[2]);
+  return test::RotationZ(around) * (test::RotationX(away) * test::RotationZ(-around));
 }
 
 Image RenderTopoTags(const BenchScene& scene) {

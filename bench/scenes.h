@@ -60,6 +60,9 @@ BenchScene MakeScene(SceneKind kind, FrameSize size, const Photos& photos);
 /// are among those of a larger one.
 BenchScene MakeCrowd(int count);
 
+/// Turns the optical axis into the line of sight to a point.
+Matrix3 LineOfSight(const Vector3& t);
+
 /// The frame with our markers.
 Image RenderTopoTags(const BenchScene& scene);
 

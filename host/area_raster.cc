@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "host/quadrature.h"
+
 namespace topotag {
 namespace {
 
@@ -28,17 +30,7 @@ double NormalIntegral(double x, double sigma) {
   return 0.5 * std::erfc(-x / sigma * M_SQRT1_2);
 }
 
-struct QuadratureNode {
-  double position;  // in [-1, 1]
-  double weight;
-};
-// Gauss-Legendre. Four nodes on 1.5 sigma, two on 0.25 sigma integrate the response to 1e-6.
-constexpr QuadratureNode kFourNodes[] = {{-0.8611363115940526, 0.3478548451374538},
-                                         {-0.3399810435848563, 0.6521451548625461},
-                                         {0.3399810435848563, 0.6521451548625461},
-                                         {0.8611363115940526, 0.3478548451374538}};
-constexpr QuadratureNode kTwoNodes[] = {{-0.5773502691896257, 1}, {0.5773502691896257, 1}};
-constexpr double kPanelInSigmas = 1.5;
+// Two nodes on so short an edge integrate the response to 1e-6.
 constexpr double kShortPanelInSigmas = 0.25;
 
 Point2 Mix(Point2 a, Point2 b, double t) { return {a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t}; }
@@ -168,13 +160,9 @@ void AreaRaster::AddBlurred(Point2 a, Point2 b, double weight) {
     return;
   }
   const int panels = static_cast<int>(std::ceil(length / kPanelInSigmas));
-  const double scale = 0.5 / panels;
-  for (int i = 0; i < panels; ++i) {
-    for (const QuadratureNode& node : kFourNodes) {
-      AddPoint(Mix(a, b, scale * (2 * i + 1 + node.position)),
-               scale * node.weight * weight * (b.y - a.y));
-    }
-  }
+  ForEachNode(panels, [&](double position, double share) {
+    AddPoint(Mix(a, b, position), share * weight * (b.y - a.y));
+  });
 }
 
 void AreaRaster::AddPoint(Point2 p, double weight) {

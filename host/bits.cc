@@ -5,12 +5,18 @@
 
 #include "host/local_map.h"
 #include "host/model.h"
+#include "host/shading.h"
 #include "topotag/marker.h"
 
 namespace topotag {
 namespace {
 
 constexpr float kMinContrast = 6;  // of the gap to the body, grey levels
+// Bodies must be alike: black in parts of the white around it. Markers at the limit of what is
+// resolved come to 0.2 at 75 degrees; a quarter of a body covered by something bright is more.
+constexpr float kMaxBodySpread = 0.22F;
+constexpr double kMaxGapChange = 0.12;  // of a gap's white, per unit
+constexpr int kMinUntouched = 4;        // nodes
 // Holes and solid nodes must differ by this much of the contrast.
 constexpr double kMinSpread = 0.2;
 // Nodes of one kind, and relative variance of their resolution, that a slope is fitted to.
@@ -20,6 +26,8 @@ constexpr double kMinVariance = 1e-3;
 constexpr double kMinOpen = 0.15;
 // A node this near to the middle between both kinds, in parts of their difference, is neither.
 constexpr double kUndecided = 0.15;
+// That of a hole beside the edge of a shadow, which the bit image shows, may be this low.
+constexpr double kLeastInShadow = 0.3;
 
 // Brightness as a line over the local resolution.
 struct Line {
@@ -54,6 +62,21 @@ class Kind {
   double sum_x_ = 0, sum_y_ = 0, sum_xx_ = 0, sum_xy_ = 0;
 };
 
+// The nodes, as in VertexBits, beside which something dark lies in the gap: its white changes by
+// more than the light does across the marker.
+uint64_t FindTouched(Family family, const NodeLevels* levels) {
+  const int count = family.bits();
+  const Point2 light = FitShading(ModelTable(family) + 2, levels + 2, count + 1);
+  uint64_t touched = 0;
+  for (int i = 2; i < count + 3; ++i) {
+    const double u = levels[i].white_u - light.x;
+    const double v = levels[i].white_v - light.y;
+    const double limit = kMaxGapChange * levels[i].white;
+    if (u * u + v * v > limit * limit) touched |= i == count + 2 ? 3 : uint64_t{1} << i;
+  }
+  return touched;
+}
+
 }  // namespace
 
 bool ConfirmBits(const ImageView& image, Decoded* decoded) {
@@ -67,12 +90,20 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
   if (!MeasureLevels(image, family, maps, levels, hole)) return false;
   float sum = 0;
   float least = INFINITY;
+  float darkest_body = INFINITY;
+  float brightest_body = 0;
   for (int i = 2; i < count; ++i) {
     const float contrast = levels[i].white - levels[i].black;
     sum += contrast;
     least = std::min(least, contrast);
+    const float body = levels[i].black / levels[i].white;
+    darkest_body = std::min(darkest_body, body);
+    brightest_body = std::max(brightest_body, body);
   }
-  if (!(least > kMinContrast)) return false;
+  if (!(least > kMinContrast && brightest_body - darkest_body < kMaxBodySpread)) return false;
+  const uint64_t touched = FindTouched(family, levels);
+  const bool are_many = family.bits() - __builtin_popcountll(touched) < kMinUntouched;
+  decoded->unmeasured = are_many ? 0 : touched;
   const float mean_contrast = sum / static_cast<float>(count - 2);
   float resolution[kMaxVertices];
   Kind kinds[2];
@@ -95,6 +126,15 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
     const double solid = solids.At(resolution[i]);
     const double spread = rings.At(resolution[i]) - solid;
     const double above = hole[i] - solid;
+    // In the shadow a hole is darker than most of a gap that lies in the light; what is solid is
+    // not brighter than its body anywhere. There the bit image tells, and must not be contradicted.
+    if ((touched >> i & 1) != 0) {
+      const bool is_ring = (read >> i & 1) != 0;
+      clear &= spread > kMinSpread &&
+               (is_ring ? above > kLeastInShadow * spread : above < (0.5 - kUndecided) * spread);
+      bits |= uint64_t{is_ring} << i;
+      continue;
+    }
     clear &= spread > kMinSpread && std::abs(above - 0.5 * spread) >= kUndecided * spread;
     bits |= static_cast<uint64_t>(above > 0.5 * spread) << i;
   }

@@ -13,15 +13,17 @@ namespace {
 
 constexpr double kPitch = 4;        // units
 constexpr double kCornerFit = 1.4;  // node centre to grid under the corners' homography, units
-constexpr double kGridFit = 0.8;    // under the homography of all nodes, units
-constexpr double kGridFitRms = 0.4;
+constexpr double kGridFit = 0.6;    // under the homography of all nodes, units
+constexpr double kGridFitRms = 0.3;
 constexpr double kHoleFit = 0.8;  // hole centre to node centre, units
 // Areas in square units, holes included: a square node has 9, a circle 7.1; bright and dark
 // thresholds, blur and ink spread take their share.
 constexpr double kMinNodeArea = 3;
 constexpr double kMaxNodeArea = 16;
-constexpr float kMaxAreaRatio = 2.2F;  // of one node to the median
-constexpr double kMaxClipped = 1.0;    // pixels of the white square outside the image
+// Of one node to the median. At the limit of what is resolved areas scatter by 1.35; a node of
+// which a third is covered is out.
+constexpr float kMaxAreaRatio = 1.45F;
+constexpr double kMaxClipped = 1.0;  // pixels of the white square outside the image
 
 double Cross(Point2 a, Point2 b, Point2 c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
@@ -302,16 +304,6 @@ bool IsClipped(const Candidate& candidate, const TagMap& map, const SearchArea& 
   return false;
 }
 
-// The horizon must not cross the white square.
-bool IsInFront(const Homography& map, double half) {
-  for (const double x : {-half, half}) {
-    for (const double y : {-half, half}) {
-      if (!(map.Denominator({x, y}) > 0.05)) return false;
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
@@ -328,6 +320,7 @@ bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
   if (!IsInFront(best.map, candidate.family.white_side() / 2.0)) return false;
 
   decoded->family = candidate.family;
+  decoded->hidden = decoded->unmeasured = 0;
   decoded->map = {best.map, camera};
   if (!CheckNodes(points, candidate.family, best, area, decoded->map, &decoded->node_area) ||
       IsClipped(candidate, decoded->map, area)) {
@@ -339,6 +332,15 @@ bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
     bits |= static_cast<uint64_t>(node.hole_count) << i;
   }
   decoded->id = IdFromVertexBits(candidate.family, bits);
+  return true;
+}
+
+bool IsInFront(const Homography& map, double half) {
+  for (const double x : {-half, half}) {
+    for (const double y : {-half, half}) {
+      if (!(map.Denominator({x, y}) > 0.05)) return false;
+    }
+  }
   return true;
 }
 

@@ -17,6 +17,10 @@ struct Decoded {
   uint64_t id = 0;
   TagMap map;            ///< fitted to the centroids of all nodes
   double node_area = 9;  ///< median area of the nodes, holes included, in square units
+  /// Vertices, as in VertexBits, whose bit is not known, and those that are not to be measured:
+  /// what hides a node, or touches it, would move them.
+  uint64_t hidden = 0;
+  uint64_t unmeasured = 0;
   /// Of the points of ModelTable, set by ConfirmBits.
   std::array<NodeLevels, kMaxPoints> levels;
 };
@@ -31,6 +35,11 @@ struct SearchArea {
   Point2 ToFrame(double px, double py) const {
     return {x + (px + 0.5) / scale - 0.5, y + (py + 0.5) / scale - 0.5};
   }
+  /// Centroid of a component.
+  Point2 ToFrame(const Feature& feature) const {
+    return ToFrame(static_cast<double>(feature.sum_x) / feature.area,
+                   static_cast<double>(feature.sum_y) / feature.area);
+  }
 };
 
 /// Decodes a candidate: orders its nodes, confirms the grid and reads the ID. Paper: section 4.2,
@@ -42,6 +51,9 @@ struct SearchArea {
 /// @return false where the candidate is no marker.
 bool Decode(const Candidate& candidate, const Node* nodes, const Camera* camera,
             const SearchArea& area, Decoded* decoded);
+
+/// Whether the horizon stays clear of the square of the given half side, units.
+bool IsInFront(const Homography& map, double half);
 
 }  // namespace topotag
 

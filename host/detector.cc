@@ -1,6 +1,7 @@
 #include "topotag/detector.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -8,28 +9,18 @@
 #include "host/bits.h"
 #include "host/check.h"
 #include "host/detector_impl.h"
+#include "host/far_pose.h"
 #include "host/local_map.h"
+#include "host/model.h"
+#include "host/partial.h"
 #include "host/pose.h"
+#include "host/second_look.h"
 #include "host/vertices.h"
+#include "topotag/marker.h"
 
 namespace topotag {
 namespace {
 
-// A doubtful white area is looked at again, a small one in twice the resolution, with thresholds
-// as before, nearer to its white (holes that ran into a gap close), and nearer to its black (holes
-// that vanished open). Where nothing like a marker is left, other thresholds bring none.
-constexpr int kSecondLookSixteenths[] = {7, 8, 6};
-constexpr int64_t kMaxUpsampledArea = 160 * 160;  // pixels
-constexpr int kSecondLookMargin = 8;              // pixels around the white area
-// All second looks of a frame together cover at most a quarter of it, or so many small areas: this
-// bounds their time.
-constexpr int64_t kSecondLookShare = 4;
-constexpr int64_t kMinSecondLook = 4 * kMaxUpsampledArea;
-// What decoding and refining read around a candidate: its surroundings within this margin, in
-// pixels and in parts of its larger side. The white area has at least 13 units; nodes, their gaps
-// and the frame, however the perspective moves them, stay within 3 units of it.
-constexpr int kFetchMargin = 16;
-constexpr int kFetchShare = 4;
 constexpr double kMaxTagSize = 1e6;  // metres: keeps the covariance finite
 
 std::string Size(int width, int height) {
@@ -66,6 +57,11 @@ Options Validated(Options options) {
     }
     ValidateTagSize(size, "tag size of " + name);
   }
+  ValidateIds(options.ids);
+  if (options.hidden_nodes < 0 || options.hidden_nodes > kMaxVertices) {
+    FailArgument("hidden nodes " + std::to_string(options.hidden_nodes) +
+                 " are not in the range 0.." + std::to_string(kMaxVertices));
+  }
   if (options.roi && (options.roi->x < 0 || options.roi->y < 0 || options.roi->width < 1 ||
                       options.roi->height < 1)) {
     FailArgument("region of interest is empty or begins outside the frame");
@@ -76,6 +72,7 @@ Options Validated(Options options) {
 TreeParams MakeTreeParams(const Options& options) {
   TreeParams params;
   params.families = options.families;
+  params.lost_baselines = options.preset == Preset::kDefault;
   if (options.preset == Preset::kPaper) {
     params.tau = 0;
     params.baseline_reference = true;
@@ -83,28 +80,11 @@ TreeParams MakeTreeParams(const Options& options) {
   return params;
 }
 
-ImageView Crop(const ImageView& image, const Rect& area) {
-  return {image.row(area.y) + area.x, area.width, area.height, image.stride};
-}
-
-// A box grown by the margin of what is read around it, within the frame.
-Rect WithMargin(const Rect& box, const ImageView& frame) {
-  const int margin = kFetchMargin + std::max(box.width, box.height) / kFetchShare;
-  const int x0 = std::max(box.x - margin, 0);
-  const int y0 = std::max(box.y - margin, 0);
-  return {x0, y0, std::min(box.x + box.width + margin, frame.width) - x0,
-          std::min(box.y + box.height + margin, frame.height) - y0};
-}
-
-// A reading of a place that one of `count` markers was read at: the centres are less than half a
-// pitch apart.
-bool IsKnown(const Marker* markers, size_t count, const Decoded& decoded) {
-  const LocalMap local(decoded.map, {0, 0});
-  return std::any_of(markers, markers + count, [&](const Marker& other) {
-    const double dx = other.center.x - local.center.x;
-    const double dy = other.center.y - local.center.y;
-    return dx * dx + dy * dy < 4 * std::abs(local.Determinant());
-  });
+void ProjectVertices(const Decoded& decoded, VertexList* vertices) {
+  vertices->resize(decoded.family.vertex_count());
+  for (int i = 0; i < vertices->size(); ++i) {
+    (*vertices)[i] = decoded.map.Pixel(ModelTable(decoded.family)[i]);
+  }
 }
 
 static_assert(Detector::kMaxSubmitted == Backend::kMaxSubmitted);
@@ -125,8 +105,14 @@ Detector::Impl::Impl(Options o)
       second_backend(MakeSecondBackend(options.backend, &workers)),
       backend_name(backend->name()),
       first(MakeTreeParams(options)),
-      second(MakeTreeParams(options)) {
+      second(MakeTreeParams(options)),
+      ids(options.ids),
+      photometric(static_cast<size_t>(options.threads)) {
   threshold_params.preset = options.preset;
+  if (options.pose == PoseMode::kPhotometric) {
+    for (PhotometricWorkspace& workspace : photometric) workspace.Reserve();
+  }
+  if (options.far && options.preset != Preset::kPaper) far.emplace(options.families);
 }
 
 Rect Detector::Impl::Area(const ImageView& image) const {
@@ -145,6 +131,15 @@ Rect Detector::Impl::Area(const ImageView& image) const {
   return area;
 }
 
+ImageView Detector::Impl::Prepared(const ImageView& image) {
+  if (!options.pre_blur) return image;
+  PreBlurWorkspace& workspace = smoothed[next_smoothed];
+  next_smoothed = (next_smoothed + 1) % smoothed.size();
+  const ImageView result = PreBlur(image, &workspace);
+  threshold_params.min_contrast = std::max(ThresholdParams().min_contrast, NoiseContrast(result));
+  return result;
+}
+
 double Detector::Impl::TagSize(Family family, uint64_t id) const {
   const auto by_id = options.id_tag_size.find({family.n(), id});
   if (by_id != options.id_tag_size.end()) return by_id->second;
@@ -152,89 +147,14 @@ double Detector::Impl::TagSize(Family family, uint64_t id) const {
   return by_family != options.family_tag_size.end() ? by_family->second : options.tag_size;
 }
 
-void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
-  marker_count = 0;
-  first.Run(source == nullptr ? backend.get() : source->backend(), Crop(image, whole),
-            threshold_params, &times);
-  if (source != nullptr) FetchCandidates(whole);
-  DecodeCandidates(image, first, {whole.x, whole.y, 1, whole});
-  if (options.preset == Preset::kPaper) return;
-  int64_t budget = std::max(int64_t{whole.width} * whole.height / kSecondLookShare, kMinSecondLook);
-  for (const Doubt& doubt : first.tree.doubts()) {
-    const Feature& white = doubt.white;
-    const int x0 = std::max(white.min_x - kSecondLookMargin, 0);
-    const int y0 = std::max(white.min_y - kSecondLookMargin, 0);
-    const int x1 = std::min(white.max_x + kSecondLookMargin, whole.width - 1);
-    const int y1 = std::min(white.max_y + kSecondLookMargin, whole.height - 1);
-    const Rect part{whole.x + x0, whole.y + y0, x1 - x0 + 1, y1 - y0 + 1};
-    const int64_t cost = int64_t{part.width} * part.height;
-    if (cost > budget) continue;
-    budget -= cost;
-    LookAgain(image, whole, part);
-  }
-}
-
-void Detector::Impl::FetchCandidates(const Rect& whole) {
-  StopWatch watch;
-  parts.clear();
-  for (const Candidate& candidate : first.tree.candidates()) {
-    const Feature& white = candidate.white;
-    const Rect box{whole.x + white.min_x, whole.y + white.min_y, white.max_x - white.min_x + 1,
-                   white.max_y - white.min_y + 1};
-    parts.push_back(WithMargin(box, source->shadow()));
-  }
-  source->Fetch(parts);
-  times.decode += watch.Lap();
-}
-
-void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const Rect& part) {
-  StopWatch watch;
-  if (source != nullptr) {
-    parts.assign(1, WithMargin(part, image));
-    source->Fetch(parts);
-  }
-  const bool small = int64_t{part.width} * part.height <= kMaxUpsampledArea;
-  const ImageView view = small ? Upsample(Crop(image, part), &upsampled) : Crop(image, part);
-  times.threshold += watch.Lap();
-  ThresholdParams params = threshold_params;
-  const size_t before = marker_count;
-  for (const int sixteenths : kSecondLookSixteenths) {
-    if (!small && sixteenths == threshold_params.contrast_sixteenths) continue;
-    params.contrast_sixteenths = sixteenths;
-    second.Run(second_backend.get(), view, params, &times);
-    DecodeCandidates(image, second, {part.x, part.y, small ? 2 : 1, whole});
-    const bool is_doubtful = !second.tree.candidates().empty() || !second.tree.doubts().empty();
-    if (marker_count > before || !is_doubtful) return;
-  }
-}
-
-void Detector::Impl::DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
-                                      const SearchArea& area) {
-  StopWatch watch;
-  const std::vector<Candidate>& candidates = segmentation.tree.candidates();
-  const size_t end = marker_count + candidates.size();
-  if (markers.size() < end) markers.resize(end);
-  workers.For(static_cast<int>(candidates.size()), [&](int i) {
-    const Candidate& candidate = candidates[static_cast<size_t>(i)];
-    Marker& marker = markers[marker_count + static_cast<size_t>(i)];
-    marker.is_read =
-        Decode(candidate, segmentation.tree.nodes(candidate), camera(), area, &marker.decoded) &&
-        ConfirmBits(image, &marker.decoded);
-  });
-  for (size_t i = marker_count; i < end; ++i) {
-    Marker& marker = markers[i];
-    if (!marker.is_read || IsKnown(markers.data(), marker_count, marker.decoded)) continue;
-    marker.center = marker.decoded.map.Pixel({0, 0});
-    if (i != marker_count) markers[marker_count] = marker;
-    ++marker_count;
-  }
-  times.decode += watch.Lap();
-}
-
 void Detector::Impl::MeasureVertices(const ImageView& image) {
   workers.For(static_cast<int>(marker_count), [&](int i) {
     Marker& marker = markers[static_cast<size_t>(i)];
-    RefineVertices(image, &marker.decoded, &marker.vertices);
+    if (IsFar(&marker)) {
+      ProjectVertices(marker.decoded, &marker.vertices);
+    } else {
+      RefineVertices(image, &marker.decoded, &marker.vertices);
+    }
     marker.center = marker.decoded.map.Pixel({0, 0});
   });
 }
@@ -246,14 +166,15 @@ void Detector::Impl::Report(std::vector<Detection>* detections) {
   detections->resize(order.size());
   for (size_t i = 0; i < order.size(); ++i) {
     const Decoded& decoded = order[i]->decoded;
-    const double half = decoded.family.white_side() / 2.0;
     Detection& detection = (*detections)[i];
     detection.family = decoded.family;
     detection.id = decoded.id;
+    detection.unknown_bits = IdFromVertexBits(decoded.family, decoded.hidden);
     detection.center = order[i]->center;
-    detection.corners = {decoded.map.Pixel({-half, -half}), decoded.map.Pixel({half, -half}),
-                         decoded.map.Pixel({half, half}), decoded.map.Pixel({-half, half})};
+    detection.corners = WhiteCorners(decoded.map, decoded.family);
     detection.vertices = order[i]->vertices;
+    detection.margin.reset();
+    if (IsFar(order[i])) detection.margin = order[i]->far.margin;
   }
 }
 
@@ -263,10 +184,28 @@ void Detector::Impl::EstimatePoses(std::vector<Detection>* detections) {
     detection.pose.reset();
     const double size = TagSize(detection.family, detection.id);
     if (camera() == nullptr || size == 0) return;
-    const Homography& map = order[static_cast<size_t>(i)]->decoded.map.ideal;
-    if (!EstimatePose(detection.family, detection.vertices, map, *camera(), size,
-                      &detection.pose.emplace())) {
+    const Decoded& decoded = order[static_cast<size_t>(i)]->decoded;
+    if (!EstimatePose(detection.family, detection.vertices, decoded.map.ideal, *camera(), size,
+                      &detection.pose.emplace(), decoded.unmeasured)) {
       detection.pose.reset();
+    } else if (IsFar(order[static_cast<size_t>(i)])) {
+      SetFarCovariance(detection.family, order[static_cast<size_t>(i)]->far, *camera(), size,
+                       &*detection.pose);
+    }
+  });
+}
+
+void Detector::Impl::RefinePoses(const ImageView& image, std::vector<Detection>* detections) {
+  if (camera() == nullptr) return;
+  // One task a thread, which has its own workspace, takes one marker after the other.
+  std::atomic<size_t> next{0};
+  workers.For(options.threads, [&](int thread) {
+    PhotometricWorkspace& workspace = photometric[static_cast<size_t>(thread)];
+    for (size_t i = next++; i < detections->size(); i = next++) {
+      Detection& detection = (*detections)[i];
+      if (!detection.pose) continue;
+      RefinePhotometric(image, *camera(), TagSize(detection.family, detection.id), &workspace,
+                        &detection);
     }
   });
 }
@@ -296,6 +235,7 @@ void Detector::Impl::Detect(FrameSource* from, const ImageView& image, const Rec
   Report(detections);
   times.vertices = watch.Lap();
   EstimatePoses(detections);
+  if (options.pose == PoseMode::kPhotometric) RefinePoses(image, detections);
   times.pose = watch.Lap();
   times.total = total.Lap();
 }
@@ -303,7 +243,8 @@ void Detector::Impl::Detect(FrameSource* from, const ImageView& image, const Rec
 void Detector::detect(const ImageView& image, std::vector<Detection>* detections) {
   detections->clear();
   if (!impl_->pending.empty()) FailArgument("detect: submitted frames have not been collected");
-  impl_->Detect(nullptr, image, impl_->Area(image), detections);
+  const Rect area = impl_->Area(image);
+  impl_->Detect(nullptr, impl_->Prepared(image), area, detections);
 }
 
 void Detector::submit(const ImageView& image) {
@@ -313,8 +254,9 @@ void Detector::submit(const ImageView& image) {
   }
   const Rect area = impl.Area(image);
   impl.pending.reserve(kMaxSubmitted);
-  impl.backend->Submit(Crop(image, area), impl.threshold_params);
-  impl.pending.push_back({image, area});
+  const ImageView prepared = impl.Prepared(image);
+  impl.backend->Submit(Crop(prepared, area), impl.threshold_params);
+  impl.pending.push_back({prepared, area, impl.threshold_params.min_contrast});
 }
 
 bool Detector::collect(std::vector<Detection>* detections) {
@@ -322,7 +264,20 @@ bool Detector::collect(std::vector<Detection>* detections) {
   if (impl_->pending.empty()) return false;
   const Pending frame = impl_->pending.front();
   impl_->pending.erase(impl_->pending.begin());
+  impl_->threshold_params.min_contrast = frame.min_contrast;
   impl_->Detect(nullptr, frame.image, frame.area, detections);
+  return true;
+}
+
+bool Detector::refine(const ImageView& image, Detection* detection) {
+  Impl& impl = *impl_;
+  impl.Area(image);
+  if (impl.camera() == nullptr || !detection->pose) return false;
+  const double size = impl.TagSize(detection->family, detection->id);
+  if (size == 0) return false;
+  Detection refined = *detection;
+  if (!RefinePhotometric(image, *impl.camera(), size, &impl.photometric[0], &refined)) return false;
+  *detection = refined;
   return true;
 }
 

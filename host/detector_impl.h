@@ -1,13 +1,20 @@
 #ifndef TOPOTAG_HOST_DETECTOR_IMPL_H_
 #define TOPOTAG_HOST_DETECTOR_IMPL_H_
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "host/backend.h"
 #include "host/decode.h"
+#include "host/far.h"
+#include "host/far_outline.h"
 #include "host/frame_source.h"
+#include "host/ids.h"
+#include "host/nodes.h"
+#include "host/photometric.h"
+#include "host/pre_blur.h"
 #include "host/segmentation.h"
 #include "host/upsample.h"
 #include "host/workers.h"
@@ -21,13 +28,27 @@ struct Marker {
   Decoded decoded;
   Point2 center;  ///< pixels
   VertexList vertices;
+  FarReading far;  ///< of those read by matched filters
 };
 
 /// A frame that was submitted and not collected.
 struct Pending {
   ImageView image;
   Rect area;
+  int min_contrast;  ///< of its ThresholdParams
 };
+
+/// The part of a frame that is looked at.
+inline ImageView Crop(const ImageView& image, const Rect& area) {
+  return {image.row(area.y) + area.x, area.width, area.height, image.stride};
+}
+
+/// Pixels of the white square's corners, as Detection::corners.
+inline std::array<Point2, 4> WhiteCorners(const TagMap& map, Family family) {
+  const double half = family.white_side() / 2.0;
+  return {map.Pixel({-half, -half}), map.Pixel({half, -half}), map.Pixel({half, half}),
+          map.Pixel({-half, half})};
+}
 
 /// A detector's configuration and the workspace of its last frame.
 struct Detector::Impl {
@@ -44,12 +65,24 @@ struct Detector::Impl {
               std::vector<Detection>* detections);
   void Search(const ImageView& image, const Rect& whole);
   void FetchCandidates(const Rect& whole);
-  void LookAgain(const ImageView& image, const Rect& whole, const Rect& part);
+  void LookAgain(const ImageView& image, const Rect& whole, const Rect& part, bool has_holes);
   void DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
                         const SearchArea& area);
+  void ReadFar(const ImageView& image, const Rect& whole);
+  bool IsFar(const Marker* marker) const { return marker >= markers.data() + far_begin; }
+  void LookIntoShade(const ImageView& image, const Rect& whole);
+  void LookAround(const ImageView& image, const Rect& whole, const Rect& part, Point2 start,
+                  int contrast_sixteenths);
+  void ReadBrokenNodes(const ImageView& image, Point2 start, const SearchArea& area);
+  /// The frame as it is searched. Those of the last kMaxSubmitted calls stay as they are.
+  ImageView Prepared(const ImageView& image);
+  void KeepMarker(size_t i);
+  bool ReadBroken(const ImageView& image, const Node* nodes, int count, Point2 start,
+                  const SearchArea& area, Marker* marker) const;
   void MeasureVertices(const ImageView& image);
   void Report(std::vector<Detection>* detections);
   void EstimatePoses(std::vector<Detection>* detections);
+  void RefinePoses(const ImageView& image, std::vector<Detection>* detections);
 
   Options options;
   ThresholdParams threshold_params;
@@ -63,12 +96,20 @@ struct Detector::Impl {
   std::vector<Rect> parts;       ///< to fetch from the source
   StageTimes times;
 
-  Segmentation first;   ///< of the whole area
-  Segmentation second;  ///< of one doubtful part of it
+  Segmentation first;    ///< of the whole area
+  Segmentation second;   ///< of one doubtful part of it
+  NodeCollector broken;  ///< all nodes of that part
+  IdsInUse ids;
+  std::array<PreBlurWorkspace, kMaxSubmitted> smoothed;
+  size_t next_smoothed = 0;
   UpsampleWorkspace upsampled;
+  std::optional<FarSearch> far;
+  FarOutline outline;           ///< of white areas that may hold far markers
   std::vector<Marker> markers;  ///< never shrinks: the first marker_count ones are in use
   size_t marker_count = 0;
+  size_t far_begin = 0;              ///< from which on they were read by matched filters
   std::vector<const Marker*> order;  ///< in which they are reported
+  std::vector<PhotometricWorkspace> photometric;  ///< of each thread
 };
 
 }  // namespace topotag

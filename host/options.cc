@@ -42,6 +42,17 @@ Preset ParsePreset(const std::string& name) {
   Unknown("preset", name, "default, paper");
 }
 
+PoseMode ParsePoseMode(const std::string& name) {
+  for (const PoseMode mode : {PoseMode::kVertices, PoseMode::kPhotometric}) {
+    if (name == Name(mode)) return mode;
+  }
+  Unknown("pose mode", name, "vertices, photometric");
+}
+
+const char* Name(PoseMode mode) {
+  return mode == PoseMode::kPhotometric ? "photometric" : "vertices";
+}
+
 int DefaultThreads() { return std::thread::hardware_concurrency() > 1 ? 2 : 1; }
 
 }  // namespace topotag

@@ -14,9 +14,10 @@ namespace topotag {
 /// pose, the other one, where it stays a different minimum, the alternative.
 /// @param map       tag units to ideal pixels of `camera`
 /// @param tag_size  side of the white area, metres
+/// @param unmeasured  vertices without weight, as in VertexBits; at least 4 are left
 /// @return false where no solution lies in front of the camera.
 bool EstimatePose(Family family, const VertexList& vertices, const Homography& map,
-                  const Camera& camera, double tag_size, Pose* pose);
+                  const Camera& camera, double tag_size, Pose* pose, uint64_t unmeasured = 0);
 
 }  // namespace topotag
 

@@ -8,8 +8,6 @@
 namespace topotag {
 namespace {
 
-constexpr float kMinDelta = 2;     // pixels
-constexpr float kMaxDelta = 0.5F;  // half the gap, units
 // Fixed point: 16 bits, of which so many are used.
 constexpr float kMaxFixed = 32000;
 // Pixels beside a patch that are computed too, without weight.
@@ -61,7 +59,7 @@ void FindParts(const Supports& s, int count, Parts* parts) {
     const float length_v = std::sqrt(xu * xu + yu * yu);
     const float inverse_u = 1 / length_u;
     const float inverse_v = 1 / length_v;
-    const float delta = std::min(std::max(kMinDelta / std::sqrt(area), s.half_y[i] / 5), kMaxDelta);
+    const float delta = SupportGrowth(area, s.half_y[i]);
     const float reach_u = s.half_x[i] + delta + 0.5F * length_u * std::abs(inverse_det);
     const float reach_v = s.half_y[i] + delta + 0.5F * length_v * std::abs(inverse_det);
     const float wide = reach_u * std::abs(xu) + reach_v * std::abs(xv);

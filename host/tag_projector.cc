@@ -20,10 +20,14 @@ void ValidateMarker(const SceneMarker& marker, const std::string& name) {
   }
   RequireRange(name + ": black", marker.black, 0, 255);
   RequireRange(name + ": white", marker.white, 0, 255);
-  for (const double value : marker.t) {
-    if (!std::isfinite(value))
-      FailArgument(name + ": translation " + Text(value) + " is not finite");
-  }
+  const auto require_finite = [&name](const char* what, const Vector3& values) {
+    for (const double value : values) {
+      if (!std::isfinite(value)) FailArgument(name + ": " + what + Text(value) + " is not finite");
+    }
+  };
+  require_finite("translation ", marker.t);
+  require_finite("velocity ", marker.velocity);
+  require_finite("angular velocity ", marker.angular_velocity);
   const Matrix3& r = marker.R;
   bool orthonormal = true;
   for (int i = 0; i < 3; ++i) {
@@ -42,8 +46,11 @@ void ValidateMarker(const SceneMarker& marker, const std::string& name) {
 }  // namespace
 
 TagProjector::TagProjector(const Scene& scene, int index)
+    : TagProjector(scene, scene.markers[index], index) {}
+
+TagProjector::TagProjector(const Scene& scene, const SceneMarker& marker, int index)
     : camera_(scene.camera),
-      marker_(scene.markers[index]),
+      marker_(marker),
       name_("marker " + std::to_string(index)),
       unit_(marker_.tag_size / marker_.design.family.white_side()),
       apron_(1 + 6 * scene.blur) {

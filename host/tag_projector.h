@@ -15,6 +15,8 @@ class TagProjector {
  public:
   /// @throws Error (kInvalidArgument): tag size, grey levels, R or t out of range.
   TagProjector(const Scene& scene, int index);
+  /// The same for a marker elsewhere than in the scene: `marker` instead of marker `index`.
+  TagProjector(const Scene& scene, const SceneMarker& marker, int index);
 
   const std::string& name() const { return name_; }
 

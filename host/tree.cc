@@ -19,6 +19,26 @@ constexpr int kMergedNodes = 4;
 // A hole smaller than this part of its node's black area is noise: a real one has an eighth.
 constexpr uint32_t kMinHoleFraction = 50;
 
+// A baseline node is 5 x 3 units, with two holes of 1 unit 2 units apart, blurred and tilted.
+constexpr uint32_t kMinBaselineArea = 40;  // pixels
+constexpr double kMaxHoleRatio = 1.6;      // of one hole to the other
+constexpr double kMinHolePart = 1 / 40.0;  // of a hole to the whole node
+constexpr double kMaxHolePart = 1 / 8.0;
+constexpr double kMinSpacing = 4 / 15.0 / 2.5;  // squared, in parts of the area
+constexpr double kMaxSpacing = 4 / 15.0 * 2.5;
+constexpr double kMaxOffset =
+    0.12;  // of the holes' middle from the node's, in parts of the spacing
+// A node with a hole: 3 x 3 units with one of 1 unit in its middle.
+constexpr uint32_t kMinRingArea = 24;  // pixels
+constexpr double kMinRingHole = 1 / 30.0;
+constexpr double kMaxRingHole = 1 / 4.0;
+constexpr double kMaxRingOffset = 0.01;  // squared, in parts of the area
+
+Point2 Centroid(const Feature& feature) {
+  return {static_cast<double>(feature.sum_x) / feature.area,
+          static_cast<double>(feature.sum_y) / feature.area};
+}
+
 bool IsBelowPercent(uint32_t area, int percent, uint32_t reference) {
   return uint64_t{100} * area < static_cast<uint64_t>(percent) * reference;
 }
@@ -35,6 +55,7 @@ TopologyTree::TopologyTree(TreeParams params) : params_(std::move(params)) {
 void TopologyTree::Find(const Components& components, Backend* backend) {
   candidates_.clear();
   doubts_.clear();
+  lost_baselines_.clear();
   nodes_.clear();
   CountChildren(components);
   CollectMembers(components);
@@ -43,6 +64,10 @@ void TopologyTree::Find(const Components& components, Backend* backend) {
   backend->Measure(components, slot_.data(), members_.size(), features_.data());
   for (uint32_t slot = 1; slot < members_.size(); ++slot) {
     if (members_[slot].depth == 0) BuildCandidate(slot);
+  }
+  for (uint32_t slot = 1; slot < members_.size(); ++slot) {
+    LostBaseline lost;
+    if (members_[slot].is_lost && IsBaseline(slot, &lost)) lost_baselines_.push_back(lost);
   }
 }
 
@@ -75,20 +100,25 @@ void TopologyTree::CollectMembers(const Components& components) {
       slot_[label] = slot_[root];  // 0 for the root itself
       const uint32_t parent_slot = slot_[components.parent[label]];
       const bool has_nodes = children_[label] - min_children <= more_children;
-      if ((has_nodes || parent_slot != 0) && root == label) {
-        AddMember(label, has_nodes && components.white[label], parent_slot);
+      const bool has_two_holes = children_[label] == 2;
+      if ((has_nodes || has_two_holes || parent_slot != 0) && root == label) {
+        AddMember(label, components.white[label] != 0, has_nodes, parent_slot);
       }
     }
   }
 }
 
-void TopologyTree::AddMember(uint32_t component, bool is_root, uint32_t parent_slot) {
+void TopologyTree::AddMember(uint32_t component, bool white, bool has_nodes, uint32_t parent_slot) {
   // A root may lie in a node of another one: then it is a hole of that node as well.
+  const bool is_root = white && has_nodes;
   const bool is_below = parent_slot != 0 && members_[parent_slot].depth < 3;
-  if (!is_root && !is_below) return;
+  // Black with two holes.
+  const bool is_lost = !white && !has_nodes && parent_slot == 0 && params_.lost_baselines;
+  if (!is_root && !is_below && !is_lost) return;
   const auto slot = static_cast<uint32_t>(members_.size());
   slot_[component] = slot;
-  Member member{component, 0, 0, is_root ? 0 : members_[parent_slot].depth + 1};
+  const int depth = is_root ? 0 : is_lost ? 1 : members_[parent_slot].depth + 1;
+  Member member{component, 0, 0, depth, is_lost};
   if (is_below) member.next = std::exchange(members_[parent_slot].first_child, slot);
   members_.push_back(member);
 }
@@ -141,8 +171,53 @@ void TopologyTree::BuildCandidate(uint32_t root_slot) {
   if (count != 0 && BuildNodes(count, &candidate)) {
     candidates_.push_back(candidate);
   } else if (is_doubtful) {
-    doubts_.push_back({candidate.root, candidate.white});
+    LostBaseline baseline;
+    const auto is_ring = [this](const Child& child) { return IsRing(child.slot); };
+    const auto is_baseline = [&](const Child& child) { return IsBaseline(child.slot, &baseline); };
+    const auto begin = children_by_area_.begin(), end = children_by_area_.end();
+    const bool has_holes =
+        std::count_if(begin, end, is_ring) > 1 || std::any_of(begin, end, is_baseline);
+    doubts_.push_back({candidate.root, candidate.white, has_holes});
+  } else if (params_.lost_baselines) {
+    for (const Child& child : children_by_area_) members_[child.slot].is_lost = true;
   }
+}
+
+// Whether a black component is like a baseline node. Most are told by their number of holes and
+// their size.
+bool TopologyTree::IsBaseline(uint32_t slot, LostBaseline* baseline) const {
+  const Feature& f = features_[slot];
+  if (children_[members_[slot].component] != 2 || f.area < kMinBaselineArea) return false;
+  Node node;
+  if (!BuildNode(slot, &node) || node.hole_count != 2) return false;
+  const Feature& larger = node.holes[0];
+  const Feature& smaller = node.holes[1];
+  *baseline = {Centroid(f), Centroid(larger), Centroid(smaller),
+               static_cast<double>(f.area + larger.area + smaller.area)};
+  const double dx = baseline->p2.x - baseline->p1.x, dy = baseline->p2.y - baseline->p1.y;
+  const double off_x = (baseline->p1.x + baseline->p2.x) / 2 - baseline->center.x;
+  const double off_y = (baseline->p1.y + baseline->p2.y) / 2 - baseline->center.y;
+  const double spacing = dx * dx + dy * dy;
+  const double area = baseline->area;
+  return larger.area < kMaxHoleRatio * smaller.area && larger.area < kMaxHolePart * area &&
+         smaller.area > kMinHolePart * area && spacing > kMinSpacing * area &&
+         spacing < kMaxSpacing * area &&
+         off_x * off_x + off_y * off_y < kMaxOffset * kMaxOffset * spacing;
+}
+
+// Whether a black component is like a node with a hole.
+bool TopologyTree::IsRing(uint32_t slot) const {
+  const Feature& f = features_[slot];
+  const uint32_t hole_slot = members_[slot].first_child;
+  if (children_[members_[slot].component] != 1 || hole_slot == 0 || f.area < kMinRingArea) {
+    return false;
+  }
+  const Feature& hole = features_[hole_slot];
+  const Point2 a = Centroid(f), b = Centroid(hole);
+  const double area = static_cast<double>(f.area) + hole.area;
+  const double dx = a.x - b.x, dy = a.y - b.y;
+  return hole.area > kMinRingHole * area && hole.area < kMaxRingHole * area &&
+         dx * dx + dy * dy < kMaxRingOffset * area;
 }
 
 // Whether the children could be the nodes of a marker, whole or in pieces.

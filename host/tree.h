@@ -20,6 +20,8 @@ struct TreeParams {
   /// Reference area: that of the baseline node (the paper), else that of the smallest node kept.
   /// The latter also holds under strong perspective, where near nodes are many times larger.
   bool baseline_reference = false;
+  /// Whether lost baseline nodes are looked for.
+  bool lost_baselines = false;
 };
 
 /// A black node of a candidate with its white holes, largest first.
@@ -45,6 +47,15 @@ struct Candidate {
 struct Doubt {
   uint32_t root = 0;
   Feature white;  ///< of the root itself
+  bool has_holes =
+      false;  ///< one of its nodes is like a baseline node, or has one hole in its middle
+};
+
+/// A black component like a baseline node in a white area that is neither candidate nor doubt: the
+/// marker's may have run out into what surrounds it.
+struct LostBaseline {
+  Point2 center, p1, p2;  ///< pixels; either hole may be p1
+  double area = 0;        ///< holes included
 };
 
 /// Finds the candidates of a frame. Paper: section 4.2.
@@ -60,6 +71,7 @@ class TopologyTree {
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
   const std::vector<Doubt>& doubts() const { return doubts_; }
+  const std::vector<LostBaseline>& lost_baselines() const { return lost_baselines_; }
   const Node* nodes(const Candidate& candidate) const {
     return nodes_.data() + candidate.first_node;
   }
@@ -71,6 +83,7 @@ class TopologyTree {
     uint32_t next = 0;  ///< slot of the next sibling, 0 = none
     uint32_t first_child = 0;
     int depth;
+    bool is_lost = false;  ///< of depth 1: no possible root, candidate or doubt is around it
   };
 
   /// A child of the possible root that is being looked at.
@@ -81,12 +94,14 @@ class TopologyTree {
 
   void CountChildren(const Components& components);
   void CollectMembers(const Components& components);
-  void AddMember(uint32_t component, bool is_root, uint32_t parent_slot);
+  void AddMember(uint32_t component, bool white, bool has_nodes, uint32_t parent_slot);
   bool BuildNode(uint32_t slot, Node* node) const;
   void BuildCandidate(uint32_t root_slot);
   bool HasLikeNodes(const Feature& white) const;
   int NodesOfLargestFamily(Family* family) const;
   bool BuildNodes(int count, Candidate* candidate);
+  bool IsBaseline(uint32_t slot, LostBaseline* baseline) const;
+  bool IsRing(uint32_t slot) const;
 
   TreeParams params_;
   int min_nodes_;
@@ -99,6 +114,7 @@ class TopologyTree {
   std::vector<Node> nodes_;
   std::vector<Candidate> candidates_;
   std::vector<Doubt> doubts_;
+  std::vector<LostBaseline> lost_baselines_;
 };
 
 }  // namespace topotag

@@ -5,6 +5,7 @@
 
 #include "host/bias.h"
 #include "host/centroid.h"
+#include "host/leak.h"
 #include "host/local_map.h"
 #include "host/model.h"
 #include "host/shading.h"
@@ -22,56 +23,63 @@ constexpr double kMovedUnits = 0.02;  // units; the larger one counts
 constexpr double kMinSignal = 0.2;    // of the signal of an unblurred shape
 constexpr double kMaxOffset = 0.5;    // from the expected place, units
 
-// A dark shape with gaps around it. Lengths in units.
-struct Shape {
-  Point2 half;           // of its sides
-  Point2 second_moment;  // mean of x^2 and of y^2 over its area
-};
+// Where nodes lie between circles, 0, and squares, 1, as their area says; hexagons fit in between.
+double Squareness(double node_area) {
+  constexpr double kCircle = 7.07;
+  constexpr double kSquare = 9;
+  return std::clamp((node_area - kCircle) / (kSquare - kCircle), 0.0, 1.0);
+}
 
-// The shapes of a marker's nodes. Their second moments lie between those of circles and squares,
-// where the area of a node says; hexagons fit in between.
-struct NodeShapes {
-  explicit NodeShapes(double node_area) {
-    constexpr double kCircle = 7.07;
-    constexpr double kSquare = 9;
-    const double t = std::clamp((node_area - kCircle) / (kSquare - kCircle), 0.0, 1.0);
-    const auto mix = [&](double circle, double square) { return circle + t * (square - circle); };
-    solid.second_moment = {mix(0.5625, 0.75), mix(0.5625, 0.75)};
-    ring.second_moment = {mix(0.625, 0.8333), mix(0.625, 0.8333)};
-    baseline.second_moment = {mix(1.845, 2.238), mix(0.676, 0.8525)};
+// Second moments of a marker's nodes: mean of u^2 and of v^2 over the area, square units.
+struct NodeMoments {
+  explicit NodeMoments(double squareness) {
+    const auto mix = [&](double circle, double square) {
+      return circle + squareness * (square - circle);
+    };
+    solid = {mix(0.5625, 0.75), mix(0.5625, 0.75)};
+    ring = {mix(0.625, 0.8333), mix(0.625, 0.8333)};
+    baseline = {mix(1.845, 2.238), mix(0.676, 0.8525)};
   }
 
-  Shape solid{{1.5, 1.5}, {}};
-  Shape ring{{1.5, 1.5}, {}};
-  Shape baseline{{2.5, 1.5}, {}};
+  Point2 solid, ring, baseline;
 };
 
-// What is measured of a marker: the nodes from vertex 2 on, then the baseline node as a whole.
+// What is measured of a marker: nodes from vertex 2 on, then, where baseline is set, the baseline
+// node as a whole.
 struct Targets {
   int count;
+  bool baseline;
+  const int* vertex;           // of each
   const Point2* tag;           // of the centres, units
   const NodeLevels* levels;    // of the gaps around them, and of their bodies
-  Point2 moment[kMaxPoints];   // second moments
+  Point2 moment[kMaxPoints];   // second moments, square units
   float contrast[kMaxPoints];  // of the body
+  Point2 shading;              // grey levels per unit
   Supports supports;
   double x[kMaxPoints], y[kMaxPoints];  // where the centroid was expected when it was measured
   Point2 bias[kMaxPoints];              // of the centroid, pixels
   Point2 lens_bias[kMaxPoints];         // the lens's part of it
+  bool leaky;                           // whether `leak` counts
+  Point2 leak[kMaxPoints];              // into the supports (host/leak.h)
   Point2 measured[kMaxPoints];          // centre: the centroid without its bias, pixels
 };
 
-void SetShapes(const Decoded& decoded, Targets* targets) {
-  const NodeShapes shapes(decoded.node_area);
+void SetHalfSides(Family family, Targets* targets) {
+  Supports& s = targets->supports;
+  for (int i = 0; i < targets->count; ++i) {
+    s.half_x[i] = targets->vertex[i] == family.vertex_count() ? 2.5F : 1.5F;
+    s.half_y[i] = 1.5F;
+  }
+}
+
+void SetMoments(const Decoded& decoded, double squareness, Targets* targets) {
+  const NodeMoments moments(squareness);
   const uint64_t bits = VertexBits(decoded.family, decoded.id);
   for (int i = 0; i < targets->count; ++i) {
-    const Shape& shape = i == targets->count - 1      ? shapes.baseline
-                         : (bits >> (i + 2) & 1) != 0 ? shapes.ring
-                                                      : shapes.solid;
-    targets->moment[i] = shape.second_moment;
-    targets->supports.half_x[i] = static_cast<float>(shape.half.x);
-    targets->supports.half_y[i] = static_cast<float>(shape.half.y);
-    const NodeLevels& levels = targets->levels[i];
-    targets->contrast[i] = 1 - levels.black / levels.white;
+    const int vertex = targets->vertex[i];
+    targets->moment[i] = vertex == decoded.family.vertex_count() ? moments.baseline
+                         : (bits >> vertex & 1) != 0             ? moments.ring
+                                                                 : moments.solid;
   }
 }
 
@@ -108,14 +116,19 @@ void SetMeasured(const DarknessPatch& patch, const DarknessSums& sums, int i, Ta
   const auto sum = static_cast<double>(sums.sum);
   Point2& measured = targets->measured[i];
   measured = {targets->x[i] - targets->bias[i].x, targets->y[i] - targets->bias[i].y};
-  // A weight and a darkness of 1 sum to one^2 black / 2^15.
-  if (patch.width <= 0 ||
-      !(sum > kMinSignal * full_signal * patch.one * patch.one * patch.black / 32768)) {
-    return;
-  }
+  if (patch.width <= 0) return;
+  // The sum of a pixel whose weight and darkness are 1.
+  const double full = patch.one * patch.one * patch.black / 32768.0;
+  if (!(sum > kMinSignal * full_signal * full)) return;
   const double inverse_sum = 1 / sum;
-  const double x = patch.x + static_cast<double>(sums.x) * inverse_sum - targets->x[i];
-  const double y = patch.y + static_cast<double>(sums.y) * inverse_sum - targets->y[i];
+  double x = patch.x + static_cast<double>(sums.x) * inverse_sum - targets->x[i];
+  double y = patch.y + static_cast<double>(sums.y) * inverse_sum - targets->y[i];
+  if (targets->leaky) {
+    const double share = area * full * inverse_sum;
+    const Point2 leak = targets->leak[i];
+    x -= share * (s.xu[i] * leak.x + s.xv[i] * leak.y);
+    y -= share * (s.yu[i] * leak.x + s.yv[i] * leak.y);
+  }
   if (!(x * x + y * y < kMaxOffset * kMaxOffset * area)) return;
   measured.x += x;
   measured.y += y;
@@ -123,11 +136,11 @@ void SetMeasured(const DarknessPatch& patch, const DarknessSums& sums, int i, Ta
 
 // Measures the centres of some targets. Each step is taken for all of them before the next: what
 // one waits for, the others fill.
-void MeasureTargets(const ImageView& image, Point2 shading, const bool* which, Targets* targets) {
+void MeasureTargets(const ImageView& image, const bool* which, Targets* targets) {
   DarknessPatch patches[kMaxPoints];
   DarknessSums sums[kMaxPoints];
   const int count = targets->count;
-  SetWhite(targets->levels, count, shading, &targets->supports);
+  SetWhite(targets->levels, count, targets->shading, &targets->supports);
   MakePatches(image, targets->supports, targets->x, targets->y, count, patches);
   for (int i = 0; i < count; ++i) {
     if (!which[i] || !(targets->contrast[i] > 0)) patches[i].width = 0;
@@ -139,25 +152,34 @@ void MeasureTargets(const ImageView& image, Point2 shading, const bool* which, T
 }
 
 // The decoded map was fitted to centroids, so it is those that it takes the model to.
-void MeasureAll(const ImageView& image, const TagMap& map, Point2 shading, Targets* targets) {
+void MeasureAll(const ImageView& image, const Decoded& decoded, Targets* targets) {
+  const TagMap& map = decoded.map;
   const LocalMaps maps(map, targets->tag, targets->count);
   bool all[kMaxPoints];
   for (int i = 0; i < targets->count; ++i) {
     targets->x[i] = maps.x[i];
     targets->y[i] = maps.y[i];
     all[i] = true;
-    if (map.HasLens()) {
-      targets->lens_bias[i] = LensBias(map, targets->tag[i], targets->moment[i]);
-    }
+    const NodeLevels& levels = targets->levels[i];
+    targets->contrast[i] = 1 - levels.black / levels.white;
   }
+  targets->shading = FitShading(targets->tag, maps, targets->levels, targets->count);
   SetSupports(maps, targets);
+  SetHalfSides(decoded.family, targets);
+  double squareness = Squareness(decoded.node_area);
+  targets->leaky = FindLeaks(image, decoded, maps, targets->supports, targets->vertex,
+                             targets->count, &squareness, targets->leak);
+  SetMoments(decoded, squareness, targets);
+  for (int i = 0; i < targets->count && map.HasLens(); ++i) {
+    targets->lens_bias[i] = LensBias(map, targets->tag[i], targets->moment[i]);
+  }
   FindBias(map, maps, *targets, targets->bias);
-  MeasureTargets(image, shading, all, targets);
+  MeasureTargets(image, all, targets);
 }
 
 // What a refitted map says better than the decoded one: the bias of all targets; and where those
 // are expected that it moves, which are measured again.
-void UpdateTargets(const ImageView& image, const TagMap& map, Point2 shading, Targets* targets) {
+void UpdateTargets(const ImageView& image, const TagMap& map, Targets* targets) {
   const LocalMaps maps(map, targets->tag, targets->count);
   Point2 bias[kMaxPoints];
   FindBias(map, maps, *targets, bias);
@@ -182,7 +204,7 @@ void UpdateTargets(const ImageView& image, const TagMap& map, Point2 shading, Ta
   }
   if (!any) return;
   SetSupports(maps, targets);
-  MeasureTargets(image, shading, moved, targets);
+  MeasureTargets(image, moved, targets);
 }
 
 // Takes what is measured near to where the map expects it to ideal pixels, with the lens linearised
@@ -209,32 +231,66 @@ bool RefitMap(const Targets& targets, TagMap* map) {
                        map->ideal, &map->ideal);
 }
 
+// The points that are measured, in arrays: all of them from vertex 2 on are, unless something is in
+// the way.
+struct Measured {
+  explicit Measured(const Decoded& decoded) {
+    const int vertices = decoded.family.vertex_count();
+    const Point2* model = ModelTable(decoded.family);
+    const uint64_t left_out = decoded.unmeasured;
+    for (int i = 2; i <= vertices; ++i) {
+      const bool is_baseline = i == vertices;
+      if (is_baseline ? (left_out & 3) != 0 : (left_out >> i & 1) != 0) continue;
+      vertex[count] = i;
+      tag[count] = model[i];
+      levels[count++] = decoded.levels[static_cast<size_t>(i)];
+      baseline = is_baseline;
+    }
+  }
+
+  int count = 0;
+  bool baseline = false;
+  int vertex[kMaxPoints];
+  Point2 tag[kMaxPoints];
+  NodeLevels levels[kMaxPoints];
+};
+
 }  // namespace
 
 void RefineVertices(const ImageView& image, Decoded* decoded, VertexList* vertices) {
   const int vertex_count = decoded->family.vertex_count();
   const Point2* model = ModelTable(decoded->family);
+  const Measured points(*decoded);
   Targets targets;
-  targets.count = vertex_count - 1;
-  targets.tag = model + 2;
-  targets.levels = decoded->levels.data() + 2;
-  SetShapes(*decoded, &targets);
-  const Point2 shading = FitShading(targets.tag, targets.levels, targets.count);
+  targets.count = points.count;
+  targets.baseline = points.baseline;
+  targets.vertex = points.vertex;
+  targets.tag = points.tag;
+  targets.levels = points.levels;
   TagMap& map = decoded->map;
-  MeasureAll(image, map, shading, &targets);
+  MeasureAll(image, *decoded, &targets);
   if (RefitMap(targets, &map)) {
-    UpdateTargets(image, map, shading, &targets);
+    UpdateTargets(image, map, &targets);
     RefitMap(targets, &map);
   }
 
   vertices->resize(vertex_count);
-  const Point2 baseline = targets.measured[vertex_count - 2];
-  const Point2 expected = map.Pixel(model[vertex_count]);
+  Point2 shift;  // of the baseline node from where it is expected
+  if (targets.baseline) {
+    const Point2 expected = map.Pixel(model[vertex_count]);
+    const Point2 measured = targets.measured[targets.count - 1];
+    shift = {measured.x - expected.x, measured.y - expected.y};
+  }
   for (int i = 0; i < 2; ++i) {
     const Point2 p = map.Pixel(model[i]);
-    (*vertices)[i] = {p.x + baseline.x - expected.x, p.y + baseline.y - expected.y};
+    (*vertices)[i] = {p.x + shift.x, p.y + shift.y};
   }
-  std::copy(targets.measured, targets.measured + vertex_count - 2, vertices->begin() + 2);
+  if (decoded->unmeasured != 0) {
+    for (int i = 2; i < vertex_count; ++i) (*vertices)[i] = map.Pixel(model[i]);
+  }
+  for (int i = 0; i < targets.count - targets.baseline; ++i) {
+    (*vertices)[targets.vertex[i]] = targets.measured[i];
+  }
 }
 
 }  // namespace topotag

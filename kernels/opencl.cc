@@ -43,6 +43,7 @@ void OpenClDetection::Run(Detector* detector, const OpenClFrame& frame,
     FailArgument(std::string("a frame on an OpenCL device needs backend auto or opencl, not ") +
                  Name(kind));
   }
+  if (impl->options.pre_blur) FailArgument("a frame on an OpenCL device cannot be smoothed first");
   if (!impl->pending.empty()) FailArgument("detect: submitted frames have not been collected");
   if (frame.queue == nullptr || frame.buffer == nullptr) {
     FailArgument("the frame has no queue or no buffer");

@@ -1,7 +1,10 @@
 // What the benchmarks measure is what they say: every system finds its own markers in every scene.
 #include <gtest/gtest.h>
 
+#include "bench/accuracy_cells.h"
 #include "bench/comparison.h"
+#include "bench/hard_conditions.h"
+#include "bench/range_runs.h"
 #include "bench/scenes.h"
 #include "bench/timing.h"
 
@@ -65,6 +68,59 @@ TEST(BenchTest, EverySystemFindsItsOwnMarkers) {
     }
   }
   ExpectAllFound(MakeCrowd(200), "crowd");
+}
+
+TEST(AccuracyBenchTest, EverySystemSeesThePoseThatWasRendered) {
+  const AccuracyCell cell = AccuracyBench(false).Measure({Family(4), 0.3, 30}, 2, 1);
+  ASSERT_EQ(cell.bounds.size(), 2u);
+  for (const PoseErrors& system : cell.systems) {
+    ASSERT_EQ(system.frames.size(), 2u) << system.name;
+    for (const auto& error : system.frames) {
+      // A build without OpenCV's calib3d has no IPPE.
+      if (!error && system.name.find("IPPE") != std::string::npos) continue;
+      ASSERT_TRUE(error) << system.name;
+      EXPECT_LT(error->position, 1e-3) << system.name;
+      EXPECT_LT(error->rotation, 0.5 * test::kDegree) << system.name;
+      EXPECT_EQ(error->mahalanobis2 > 0, system.ours) << system.name;
+    }
+  }
+}
+
+TEST(AccuracyBenchTest, OwnPoseOfArucoIsNone) {
+  for (const auto& peer : MakeRefinedAruco()) {
+    EXPECT_FALSE(peer->OwnPose(0, Camera(), 1)) << peer->name();
+  }
+}
+
+TEST(RangeBenchTest, CountsWhatIsFoundAndWhatIsWrong) {
+  Options options;
+  options.threads = 1;
+  const RangeRun near = RangeBench(options).Measure("wall", {}, 0, {0.5, 20}, 2);
+  ASSERT_GE(near.systems.size(), 3u);
+  for (const std::vector<Recall>& recall : near.recall) {
+    EXPECT_EQ(recall[0].frames, 2);
+    EXPECT_EQ(recall[0].found, 2);
+    EXPECT_EQ(recall[0].wrong, 0);
+    EXPECT_EQ(recall[1].frames, 2);
+    EXPECT_EQ(recall[1].found, 0);
+  }
+}
+
+TEST(HardConditionsTest, EachChangesTheFrame) {
+  const View view{Family(4), 0.4, 30};
+  const Image plain = RenderScene(MakeView(view, 2));
+  const std::vector<HardCondition> conditions = HardConditions();
+  for (size_t i = 1; i < conditions.size(); ++i) {
+    Scene scene = MakeView(view, 2);
+    test::Random random(1);
+    conditions[i].apply(&scene, &random);
+    const Image frame = RenderScene(scene);
+    int changed = 0;
+    for (int y = 0; y < frame.height(); ++y) {
+      for (int x = 0; x < frame.width(); ++x) changed += frame.row(y)[x] != plain.row(y)[x];
+    }
+    EXPECT_GT(changed, 200) << conditions[i].name;
+  }
 }
 
 TEST(BenchTest, PhotographsOfNoFolderAreAnError) {

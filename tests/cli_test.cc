@@ -241,8 +241,7 @@ TEST_F(CliTest, WrongUsageIsOneLineAndStatus2) {
   ExpectComplaint("detect --camera missing.yaml scene.png", 2, {"--camera", "missing.yaml"});
   ExpectComplaint("detect --camera bad.yaml scene.png", 2, {"--camera", "bad.yaml"});
   ExpectComplaint("detect --camera scene.png scene.png", 2, {"--camera", "scene.png"});
-  ExpectComplaint("detect --pose photometric scene.png", 2,
-                  {"photometric pose is not available in this version"});
+  ExpectComplaint("detect --pose exact scene.png", 2, {"--pose", "vertices, photometric"});
   ExpectComplaint("detect --pose guess scene.png", 2, {"--pose", "guess"});
   ExpectComplaint("detect --device 0 scene.png", 2, {"--device", "--backend opencl"});
   ExpectComplaint("detect --device 0 --backend scalar scene.png", 2, {"--device", "opencl"});

@@ -132,6 +132,38 @@ TEST_F(OpenClFrameTest, SurroundingsOfMarkersAreTransferred) {
   EXPECT_GT(found, 80U);
 }
 
+// Matched filters read what no candidate of the bit image made the transfers bring.
+TEST_F(OpenClFrameTest, FarMarkers) {
+  Options options;
+  options.far = true;
+  Detector host(options), detector(options);
+  test::Random random(8);
+  Scene scene;
+  scene.camera = test::PinholeCamera(640, 480, 695);
+  std::vector<Detection> detections;
+  size_t far = 0;
+  for (uint64_t seed = 0; seed < 30; ++seed) {
+    const GuardedImage background = MakeFrame({640, 480, 0, FrameKind::kRectangles, seed});
+    scene.background_image = seed % 2 == 0 ? ImageView{} : background.view();
+    scene.markers.assign(3, {});
+    for (size_t i = 0; i < 3; ++i) {
+      SceneMarker& marker = scene.markers[i];
+      marker.design.family = Family(3 + static_cast<int>(seed % 3));
+      marker.design.id = random.Below(marker.design.family.size());
+      const double z = random.Uniform(0.4, 2);
+      marker.t = {(0.25 * static_cast<double>(i) - 0.25) * z, random.Uniform(-0.2, 0.2) * z, z};
+      marker.R = random.Tilted(random.Uniform(0, 45) * test::kDegree);
+    }
+    scene.seed = seed;
+    const Image image = RenderScene(scene);
+    detect(detector, Upload(image.view(), seed % 3 * 77, seed % 4 * 5), &detections);
+    ExpectSame(host.detect(image.view()), detections);
+    if (HasFatalFailure()) return;
+    for (const Detection& detection : detections) far += detection.margin.has_value();
+  }
+  EXPECT_GT(far, 20U);
+}
+
 TEST_F(OpenClFrameTest, TheDetectorTakesHostFramesInBetween) {
   Detector detector;
   const std::string host = detector.backend();

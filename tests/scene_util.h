@@ -54,6 +54,11 @@ class Random {
     return lo + (hi - lo) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }
   uint64_t Below(uint64_t n) { return engine_() % n; }
+  /// Of variance 1 (Box-Muller, one of the two values).
+  double Gaussian() {
+    const double radius = std::sqrt(-2 * std::log(1 - Uniform(0, 1)));
+    return radius * std::cos(2 * M_PI * Uniform(0, 1));
+  }
 
   /// Turned at random in its plane and about the optical axis, tilted by `tilt` radians.
   Matrix3 Tilted(double tilt) {

@@ -105,6 +105,22 @@ TEST_P(SteadyStateTest, TwentyMarkersWithPoses) {
   EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(20, image.view())), 0);
 }
 
+TEST_P(SteadyStateTest, TwentyMarkersWithPhotometricPoses) {
+  const Scene scene = MarkerScene(1280, 960, 5, 4, 14, 1);
+  const Image image = RenderScene(scene);
+  Options options = MakeOptions();
+  options.camera = scene.camera;
+  options.tag_size = 0.05;
+  options.pose = PoseMode::kPhotometric;
+  Detector detector(options);
+  Allocations(&detector, {image.view()});
+  EXPECT_GE(detections_.size(), 15u);
+  for (const Detection& detection : detections_) {
+    EXPECT_TRUE(detection.pose && detection.pose->photometric);
+  }
+  EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(10, image.view())), 0);
+}
+
 // Too small to be read at once: doubtful areas are looked at again.
 TEST_P(SteadyStateTest, SmallMarkersOfSecondLooks) {
   const Image image = RenderScene(MarkerScene(640, 480, 6, 5, 6.5, 2));
@@ -112,6 +128,20 @@ TEST_P(SteadyStateTest, SmallMarkersOfSecondLooks) {
   Allocations(&detector, {image.view()});
   EXPECT_GE(detections_.size(), 5u);
   EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(20, image.view())), 0);
+}
+
+// Too small for the bit image, read by matched filters.
+TEST_P(SteadyStateTest, MarkersOfMatchedFilters) {
+  const Scene scene = MarkerScene(640, 480, 6, 5, 3.6, 2);
+  const Image image = RenderScene(scene);
+  Options options = MakeOptions();
+  options.far = true;
+  options.camera = scene.camera;
+  options.tag_size = 0.05;
+  Detector detector(options);
+  Allocations(&detector, {image.view()});
+  EXPECT_GE(detections_.size(), 5u);
+  EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(5, image.view())), 0);
 }
 
 TEST_P(SteadyStateTest, AnyContent) {

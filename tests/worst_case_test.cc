@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "fallback/label.h"
+#include "host/second_look.h"
 #include "host/stages.h"
 #include "host/workers.h"
 #include "simd/label.h"
@@ -258,11 +259,10 @@ PaddedImage MarkersOfSecondLooks(int unit, int step, int* markers) {
   return image;
 }
 
-// All second looks of a frame cover a quarter of it: each of them a white area and 16 pixels around
-// it.
+// All second looks of a frame cover a part of it: each of them a white area with its margin.
 TEST(WorstCaseTest, SecondLooksAreLimited) {
-  const int unit = 5, area = 13 * unit + 2 * 16;
-  const int max_looks = kWidth * kHeight / 4 / (area * area);
+  const int unit = 5, side = Family(3).white_side() * unit + 2 * kSecondLookMargin;
+  const int max_looks = static_cast<int>(kWidth * kHeight / kSecondLookShare / (side * side));
   for (const int step : {80, 260}) {
     int markers;
     const PaddedImage image = MarkersOfSecondLooks(unit, step, &markers);

@@ -75,6 +75,37 @@ std::vector<double> ParseNumbers(const std::string& option, const std::string& t
   return values;
 }
 
+uint64_t ParseId(const std::string& option, const std::string& text, Family family) {
+  const uint64_t id = ParseUnsigned(option, text);
+  ForOption(option, [&] {
+    CheckId(family, id);
+    return 0;
+  });
+  return id;
+}
+
+std::vector<uint64_t> ParseIds(const std::string& option, const std::string& text, Family family) {
+  // More markers than this in one call are a slip of the keyboard.
+  constexpr uint64_t kMaxMarkers = 1000000;
+  std::vector<uint64_t> ids;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const std::string part = text.substr(begin, end - begin);
+    const size_t dash = part.find('-');
+    const uint64_t first = ParseId(option, part.substr(0, dash), family);
+    const uint64_t last =
+        dash == std::string::npos ? first : ParseId(option, part.substr(dash + 1), family);
+    if (last < first) throw UsageError(option + ": the range " + part + " is empty");
+    if (last - first >= kMaxMarkers - ids.size()) {
+      throw UsageError(option + ": " + text + " are more than " + std::to_string(kMaxMarkers) +
+                       " markers");
+    }
+    for (uint64_t id = first; id <= last; ++id) ids.push_back(id);
+    begin = end + 1;
+  }
+  return ids;
+}
+
 void CheckChoice(const std::string& option, const std::string& value,
                  std::initializer_list<const char*> choices) {
   std::string names;

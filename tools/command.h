@@ -38,6 +38,7 @@ Command AddGenerate(CLI::App* app);
 Command AddRender(CLI::App* app);
 Command AddBench(CLI::App* app);
 Command AddInfo(CLI::App* app);
+Command AddObject(CLI::App* app);
 
 /// An option whose value is kept as it is typed; an empty value is wrong usage.
 CLI::Option* AddText(CLI::App* command, const char* group, const char* name, std::string* value,
@@ -49,6 +50,8 @@ double ParsePositive(const std::string& option, const std::string& text);
 double ParseNotNegative(const std::string& option, const std::string& text);
 uint64_t ParseUnsigned(const std::string& option, const std::string& text);
 std::vector<double> ParseNumbers(const std::string& option, const std::string& text, size_t count);
+/// IDs of a family: "1,5,7-9".
+std::vector<uint64_t> ParseIds(const std::string& option, const std::string& text, Family family);
 void CheckChoice(const std::string& option, const std::string& value,
                  std::initializer_list<const char*> choices);
 
@@ -78,6 +81,9 @@ auto ForFile(const std::string& file, Use use) {
 /// Sets the outer shape from a shape's name or from a file with a polygon.
 /// @throws Error (kInvalidArgument: neither a name nor a file; kFile, kParse: ReadPolygon's).
 void SetOuterShape(const std::string& name_or_file, MarkerDesign* design);
+
+/// The ID of an option's value. @throws UsageError
+uint64_t ParseId(const std::string& option, const std::string& text, Family family);
 
 /// An ID of the family. @throws Error (kInvalidArgument) that names the family's range.
 void CheckId(Family family, uint64_t id);

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <climits>
 #include <cstdlib>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include "tools/command.h"
 #include "tools/draw.h"
 #include "tools/frame_source.h"
+#include "tools/object_finder.h"
 #include "tools/output.h"
 #include "tools/progress.h"
 #include "tools/report.h"
@@ -27,11 +29,16 @@ struct Arguments {
   std::string family = "3x3,4x4,5x5";
   std::string camera;
   std::string tag_size;
+  std::vector<std::string> objects;
   std::string roi;
   std::string backend = "auto";
   std::string threads = std::to_string(DefaultThreads());
   std::string device;
   std::string preset = "default";
+  std::string far = "off";
+  std::vector<std::string> ids;
+  std::string hidden_nodes = "0";
+  bool pre_blur = false;
   std::string pose = "vertices";
   std::string format = "text";
   std::string output;
@@ -73,26 +80,49 @@ int ParseThreads(const std::string& text) {
   return static_cast<int>(threads);
 }
 
-void CheckPoseMode(const std::string& mode) {
-  CheckChoice("--pose", mode, {"vertices", "photometric"});
-  if (mode == "photometric") {
-    throw UsageError("--pose: photometric pose is not available in this version");
-  }
-}
-
 int ParseDevice(const std::string& text) {
   const uint64_t index = ParseUnsigned("--device", text);
   if (index > INT_MAX) throw UsageError("--device: there is no device " + text);
   return static_cast<int>(index);
 }
 
+/// Adds the IDs of "4x4:0-99,278" to those in use.
+void AddIds(const std::string& text, Options* options) {
+  const size_t colon = text.find(':');
+  if (colon == std::string::npos) {
+    throw UsageError("--ids: '" + text + "' is not FAMILY:LIST, as in 4x4:0-99,278");
+  }
+  const Family family = ForOption("--ids", [&] { return Family::Parse(text.substr(0, colon)); });
+  if (std::find(options->families.begin(), options->families.end(), family) ==
+      options->families.end()) {
+    throw UsageError("--ids: family " + family.name() + " is not looked for; see --family");
+  }
+  const std::vector<uint64_t> ids = ParseIds("--ids", text.substr(colon + 1), family);
+  std::vector<uint64_t>& all = options->ids[family.n()];
+  all.insert(all.end(), ids.begin(), ids.end());
+}
+
+int ParseHiddenNodes(const std::string& text) {
+  const uint64_t nodes = ParseUnsigned("--hidden-nodes", text);
+  if (nodes > kMaxVertices) {
+    throw UsageError("--hidden-nodes: " + text + " is not a number of nodes, 0 to " +
+                     std::to_string(kMaxVertices));
+  }
+  return static_cast<int>(nodes);
+}
+
 Options ParseOptions(const Arguments& arguments) {
   Options options;
   options.families = ForOption("--family", [&] { return Family::ParseList(arguments.family); });
   options.preset = ForOption("--preset", [&] { return ParsePreset(arguments.preset); });
+  CheckChoice("--far", arguments.far, {"on", "off"});
+  options.far = arguments.far == "on";
+  for (const std::string& ids : arguments.ids) AddIds(ids, &options);
+  options.hidden_nodes = ParseHiddenNodes(arguments.hidden_nodes);
+  options.pre_blur = arguments.pre_blur;
   options.backend = ForOption("--backend", [&] { return ParseBackend(arguments.backend); });
   options.threads = ParseThreads(arguments.threads);
-  CheckPoseMode(arguments.pose);
+  options.pose = ForOption("--pose", [&] { return ParsePoseMode(arguments.pose); });
   if (!arguments.device.empty()) options.device = ParseDevice(arguments.device);
   if (!arguments.camera.empty()) {
     options.camera = ForOption("--camera", [&] { return ReadCamera(arguments.camera); });
@@ -134,9 +164,10 @@ Detector MakeDetector(const Arguments& arguments, const Options& options) {
 /// One run over all inputs.
 class Run {
  public:
-  Run(const Arguments& arguments, const Options& options, Format format)
+  Run(const Arguments& arguments, const Options& options, ObjectFinder* objects, Format format)
       : arguments_(arguments),
         options_(options),
+        objects_(*objects),
         format_(format),
         detector_(MakeDetector(arguments, options)),
         source_(arguments.inputs),
@@ -158,6 +189,7 @@ class Run {
 
   const Arguments& arguments_;
   const Options& options_;
+  ObjectFinder& objects_;
   const Format format_;
   Detector detector_;
   FrameSource source_;
@@ -197,6 +229,7 @@ bool Run::DetectNext() {
         frame_.is_sequence ? "frame " + std::to_string(frame_.index) + ": " : std::string();
     throw Error(ErrorCode::kFile, Named(frame_.image, frame + error.what()));
   }
+  if (!objects_.empty()) objects_.Find(result_.detections, &result_.objects.emplace());
   result_.image = frame_.image;
   result_.frame = frame_.index;
   result_.is_sequence = frame_.is_sequence;
@@ -209,8 +242,9 @@ bool Run::DetectNext() {
 
 void Run::WritePictures() {
   if (!draw_ && !stages_) return;
-  const cv::Mat picture =
+  cv::Mat picture =
       DrawDetections(frame_.pixels, result_.detections, options_.camera, options_.tag_size);
+  if (result_.objects) objects_.Draw(*result_.objects, *options_.camera, &picture);
   if (draw_) draw_->Write(frame_.stem, {{"", picture}});
   if (stages_) stages_->Write(frame_.stem, StagePictures(detector_, frame_.pixels, picture));
 }
@@ -246,10 +280,20 @@ int Run::Execute() {
   return status;
 }
 
+ObjectFinder ReadObjects(const Arguments& arguments, bool choose_families, Options* options) {
+  ObjectFinder objects(arguments.objects);
+  if (objects.empty()) return objects;
+  if (!options->camera) throw UsageError("--object: needs --camera");
+  objects.SetOptions(choose_families, options);
+  objects.SetCamera(*options->camera);
+  return objects;
+}
+
 int RunDetect(const Arguments& arguments) {
-  const Options options = ParseOptions(arguments);
+  Options options = ParseOptions(arguments);
+  ObjectFinder objects = ReadObjects(arguments, arguments.family == Arguments().family, &options);
   const Format format = ParseFormat(arguments.format);
-  return Run(arguments, options, format).Execute();
+  return Run(arguments, options, &objects, format).Execute();
 }
 
 }  // namespace
@@ -270,12 +314,26 @@ Command AddDetect(CLI::App* app) {
           "Search this part only, in pixels (default: all)");
   AddText(command, "What to find", "--preset", &a.preset, "NAME",
           "default, or paper for the paper's parameters");
+  AddText(command, "What to find", "--far", &a.far, "ON",
+          "on: also markers whose holes are not resolved");
+  command->add_option("--ids", a.ids, "IDs in use, others are left out: 4x4:0-99,278")
+      ->type_name("FAMILY:LIST")
+      ->allow_extra_args(false)
+      ->group("What to find");
+  AddText(command, "What to find", "--hidden-nodes", &a.hidden_nodes, "N",
+          "Also markers with up to N hidden nodes (default: 0)");
+  command->add_flag("--pre-blur", a.pre_blur, "Smooth each frame first, against severe noise")
+      ->group("What to find");
   AddText(command, "Pose", "--camera", &a.camera, "FILE",
           "Calibration: OpenCV YAML or JSON, ROS YAML");
   AddText(command, "Pose", "--tag-size", &a.tag_size, "METRES",
           "Side of the white area; poses need this and --camera");
+  command->add_option("--object", a.objects, "A board or body of markers; see topotag object")
+      ->type_name("FILE")
+      ->allow_extra_args(false)
+      ->group("Pose");
   AddText(command, "Pose", "--pose", &a.pose, "MODE",
-          "vertices (default); photometric: not in this version");
+          "vertices (default), or photometric: slower, more exact");
   AddText(command, "Output", "--format", &a.format, "NAME",
           "text (default), json (a line a frame) or csv");
   AddText(command, "Output", "--output", &a.output, "FILE",
@@ -298,6 +356,7 @@ Command AddDetect(CLI::App* app) {
       "Examples:\n"
       "  topotag detect photo.jpg\n"
       "  topotag detect --camera cam.yaml --tag-size 0.05 --format json photos/\n"
+      "  topotag detect --camera cam.yaml --object board.txt photo.jpg\n"
       "  topotag detect --draw out video.mp4\n"
       "Exit status: 0 all inputs processed, 1 some file could not be read or written,\n"
       "2 wrong usage.");

@@ -132,7 +132,7 @@ void DrawDetection(cv::Mat* picture, const Detection& detection,
   }
   DrawDot(picture, detection.corners[0], std::clamp(side / 18, 1.5, 6 * scale), kFirstCorner);
   DrawVertices(picture, detection, side / detection.family.white_side(), scale);
-  if (detection.pose && camera) {
+  if (detection.pose && camera && tag_size > 0) {
     DrawAxes(picture, *detection.pose, *camera, tag_size / 2,
              std::clamp(side / 30, 1.0, 3 * scale));
   }
@@ -142,6 +142,10 @@ void DrawDetection(cv::Mat* picture, const Detection& detection,
 
 double PictureScale(int width, int height) {
   return std::clamp(std::max(width, height) / 1280.0, 1.0, 8.0);
+}
+
+void DrawPoseAxes(cv::Mat* picture, const Pose& pose, const Camera& camera, double length) {
+  DrawAxes(picture, pose, camera, length, 3 * PictureScale(picture->cols, picture->rows));
 }
 
 cv::Mat DrawDetections(const ImageView& image, const std::vector<Detection>& detections,

@@ -14,9 +14,13 @@ namespace topotag::tools {
 /// The frame in colour (BGR) with each marker's outline, first corner, family and ID, vertices
 /// and, where it has a pose, its axes (x red, y green, z blue). Lines and text grow with the
 /// frame and the marker.
-/// @param tag_size  metres; the length of the axes follows it.
+/// @param tag_size  metres; the length of the axes follows it; 0: none.
 cv::Mat DrawDetections(const ImageView& image, const std::vector<Detection>& detections,
                        const std::optional<Camera>& camera, double tag_size);
+
+/// The axes of a pose, drawn over a picture.
+/// @param length  metres
+void DrawPoseAxes(cv::Mat* picture, const Pose& pose, const Camera& camera, double length);
 
 /// Lines and text are made for pictures that are looked at about 1280 pixels wide.
 double PictureScale(int width, int height);

@@ -30,39 +30,6 @@ struct Arguments {
   std::string output;
 };
 
-/// More markers than this in one call are a slip of the keyboard.
-constexpr uint64_t kMaxMarkers = 1000000;
-
-uint64_t ParseId(const std::string& option, const std::string& text, Family family) {
-  const uint64_t id = ParseUnsigned(option, text);
-  ForOption(option, [&] {
-    CheckId(family, id);
-    return 0;
-  });
-  return id;
-}
-
-/// "1,5,7-9"
-std::vector<uint64_t> ParseIds(const std::string& text, Family family) {
-  std::vector<uint64_t> ids;
-  for (size_t begin = 0; begin <= text.size();) {
-    const size_t end = std::min(text.find(',', begin), text.size());
-    const std::string part = text.substr(begin, end - begin);
-    const size_t dash = part.find('-');
-    const uint64_t first = ParseId("--ids", part.substr(0, dash), family);
-    const uint64_t last =
-        dash == std::string::npos ? first : ParseId("--ids", part.substr(dash + 1), family);
-    if (last < first) throw UsageError("--ids: the range " + part + " is empty");
-    if (last - first >= kMaxMarkers - ids.size()) {
-      throw UsageError("--ids: " + text + " are more than " + std::to_string(kMaxMarkers) +
-                       " markers");
-    }
-    for (uint64_t id = first; id <= last; ++id) ids.push_back(id);
-    begin = end + 1;
-  }
-  return ids;
-}
-
 MarkerDesign ParseDesign(const Arguments& arguments) {
   MarkerDesign design;
   design.family = ForOption("--family", [&] { return Family::Parse(arguments.family); });
@@ -131,7 +98,7 @@ void Generate(const Arguments& arguments) {
   const bool is_single = arguments.ids.empty();
   const std::vector<uint64_t> ids =
       is_single ? std::vector<uint64_t>{ParseId("--id", arguments.id, design.family)}
-                : ParseIds(arguments.ids, design.family);
+                : ParseIds("--ids", arguments.ids, design.family);
   const SheetOptions sheet = ParsePage(arguments.page);
   if (!arguments.format.empty()) CheckChoice("--format", arguments.format, {"png", "svg", "pdf"});
   const bool is_folder = IsFolder(arguments.output);

@@ -62,6 +62,7 @@ int Main(int argc, char** argv) {
   const Command generate = AddGenerate(&app);
   const Command render = AddRender(&app);
   const Command bench = AddBench(&app);
+  const Command object = AddObject(&app);
   const Command info = AddInfo(&app);
   try {
     app.parse(argc, argv);
@@ -77,8 +78,10 @@ int Main(int argc, char** argv) {
   if (app.got_subcommand("generate")) return RunCommand(generate);
   if (app.got_subcommand("render")) return RunCommand(render);
   if (app.got_subcommand("bench")) return RunCommand(bench);
+  if (app.got_subcommand("object")) return RunCommand(object);
   if (app.got_subcommand("info")) return RunCommand(info);
-  Complain("a command is missing: detect, generate, render, bench or info; see topotag --help");
+  Complain(
+      "a command is missing: detect, generate, render, bench, object or info; see topotag --help");
   return kUsage;
 }
 

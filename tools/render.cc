@@ -189,7 +189,11 @@ Command AddRender(CLI::App* app) {
   AddText(command, "Output", "--write-camera", &a.write_camera, "FILE",
           "The scene's camera as OpenCV YAML");
   command->footer(
-      "Where there is a scene file, the defaults are what it says.\n"
+      "Where there is a scene file, the defaults are what it says. Only there:\n"
+      "  a marker's growth, velocity, angular_velocity; exposure, row_time;\n"
+      "  lighting {gain, gradient, vignetting, shadow {point, angle, factor,\n"
+      "  penumbra}, highlights [{center, sigma, level}]};\n"
+      "  occluders [{outline, level, marker}]\n"
       "Examples:\n"
       "  topotag render scene.json -o out.png --truth t.json --write-camera cam.yaml\n"
       "  topotag render --camera cam.yaml --marker 4x4:278 --tag-size 0.05 \\\n"

@@ -51,11 +51,53 @@ Json SolutionJson(const PoseSolution& pose) {
   return json;
 }
 
+Json PhotometricJson(const Photometric& found) {
+  Json json;
+  json["accepted"] = found.accepted;
+  json["sigma"] = Significant(found.sigma);
+  json["noise"] = Significant(found.noise);
+  json["blur_px"] = Significant(found.blur_px);
+  json["black"] = Significant(found.black);
+  json["white"] = Significant(found.white);
+  json["growth"] = Significant(found.growth);
+  json["pixels"] = found.pixels;
+  return json;
+}
+
 Json PoseJson(const std::optional<Pose>& pose) {
   if (!pose) return nullptr;
   Json json = SolutionJson(*pose);
   json["covariance"] = MatrixJson(pose->covariance);
   json["alternative"] = pose->alternative ? SolutionJson(*pose->alternative) : Json(nullptr);
+  if (pose->photometric) {
+    json["ambiguity"] = Significant(pose->ambiguity);
+    json["photometric"] = PhotometricJson(*pose->photometric);
+  }
+  return json;
+}
+
+Json NamesJson(const std::vector<int>& indices, const std::vector<Detection>& detections) {
+  Json json = Json::array();
+  for (const int index : indices) {
+    const Detection& detection = detections[static_cast<size_t>(index)];
+    Json marker;
+    marker["family"] = detection.family.name();
+    marker["id"] = detection.id;
+    json.push_back(std::move(marker));
+  }
+  return json;
+}
+
+Json ObjectsJson(const FrameResult& result) {
+  Json json = Json::array();
+  for (const FoundObject& object : *result.objects) {
+    Json one;
+    one["name"] = object.name;
+    one.update(PoseJson(object.pose));
+    one["markers"] = NamesJson(object.pose.used, result.detections);
+    one["rejected"] = NamesJson(object.pose.rejected, result.detections);
+    json.push_back(std::move(one));
+  }
   return json;
 }
 
@@ -79,9 +121,11 @@ std::string FormatJson(const FrameResult& result) {
   json["detections"] = Json::array();
   for (const Detection& detection : result.detections) {
     Json marker = MarkerJson(detection);
+    if (detection.margin) marker["margin"] = Significant(*detection.margin);
     marker["pose"] = PoseJson(detection.pose);
     json["detections"].push_back(std::move(marker));
   }
+  if (result.objects) json["objects"] = ObjectsJson(result);
   json["time_us"] = TimesJson(result.times);
   return Dump(json) + "\n";
 }
@@ -95,11 +139,35 @@ std::string CsvField(const std::string& text) {
 
 std::string CsvNumber(double value) { return Json(value).dump(); }
 
+/// 13 fields, each after a comma.
+/// The ID, or where it is not known its code with a ? for each bit that is hidden.
+std::string IdText(const Detection& detection) {
+  if (detection.unknown_bits == 0) return std::to_string(detection.id);
+  std::string code;
+  for (int bit = detection.family.bits() - 1; bit >= 0; --bit) {
+    code += (detection.unknown_bits >> bit & 1) != 0 ? '?'
+            : (detection.id >> bit & 1) != 0         ? '1'
+                                                     : '0';
+  }
+  return code;
+}
+
+std::string CsvPose(const PoseSolution& pose) {
+  std::string row;
+  const auto add = [&row](double value) { row += "," + CsvNumber(Significant(value)); };
+  for (const double value : pose.t) add(value);
+  for (const auto& values : pose.R) {
+    for (const double value : values) add(value);
+  }
+  add(pose.rms_px);
+  return row;
+}
+
 std::string FormatCsv(const FrameResult& result) {
   std::string rows;
   for (const Detection& detection : result.detections) {
     std::string row = CsvField(result.image) + "," + std::to_string(result.frame) + "," +
-                      detection.family.name() + "," + std::to_string(detection.id);
+                      detection.family.name() + "," + IdText(detection);
     const auto add = [&row](double value) { row += "," + CsvNumber(value); };
     add(Pixels(detection.center.x));
     add(Pixels(detection.center.y));
@@ -107,16 +175,14 @@ std::string FormatCsv(const FrameResult& result) {
       add(Pixels(corner.x));
       add(Pixels(corner.y));
     }
-    if (detection.pose) {
-      for (const double value : detection.pose->t) add(Significant(value));
-      for (const auto& values : detection.pose->R) {
-        for (const double value : values) add(Significant(value));
-      }
-      add(Significant(detection.pose->rms_px));
-    } else {
-      row += std::string(13, ',');
-    }
+    row += detection.pose ? CsvPose(*detection.pose) : std::string(13, ',');
     rows += row + "\n";
+  }
+  if (!result.objects) return rows;
+  // No place in the picture.
+  for (const FoundObject& object : *result.objects) {
+    rows += CsvField(result.image) + "," + std::to_string(result.frame) + ",object," +
+            CsvField(object.name) + std::string(10, ',') + CsvPose(object.pose) + "\n";
   }
   return rows;
 }
@@ -143,8 +209,8 @@ std::string FormatText(const FrameResult& result) {
                        : std::to_string(count) + " markers\n";
   for (const Detection& detection : result.detections) {
     std::snprintf(line, sizeof line, "  %s %-8s center (%.2f, %.2f)  side %.1f px",
-                  detection.family.name().c_str(), std::to_string(detection.id).c_str(),
-                  detection.center.x, detection.center.y, Side(detection));
+                  detection.family.name().c_str(), IdText(detection).c_str(), detection.center.x,
+                  detection.center.y, Side(detection));
     text += line;
     if (detection.pose) {
       const Pose& pose = *detection.pose;
@@ -153,6 +219,17 @@ std::string FormatText(const FrameResult& result) {
                     pose.t[0], pose.t[1], pose.t[2], std::acos(facing) * kDegrees, pose.rms_px);
       text += line;
     }
+    text += "\n";
+  }
+  if (!result.objects) return text;
+  for (const FoundObject& object : *result.objects) {
+    const ObjectPose& pose = object.pose;
+    text += "  object " + object.name;
+    std::snprintf(line, sizeof line,
+                  "  t (%.4f, %.4f, %.4f) m  rms %.3f px  from %zu of its markers", pose.t[0],
+                  pose.t[1], pose.t[2], pose.rms_px, pose.used.size());
+    text += line;
+    if (!pose.rejected.empty()) text += ", " + std::to_string(pose.rejected.size()) + " rejected";
     text += "\n";
   }
   return text;
@@ -191,6 +268,7 @@ Json MarkerJson(const Detection& detection) {
   Json json;
   json["family"] = detection.family.name();
   json["id"] = detection.id;
+  if (detection.unknown_bits != 0) json["unknown_bits"] = detection.unknown_bits;
   json["center"] = PointJson(detection.center);
   json["corners"] = PointsJson(detection.corners);
   json["vertices"] = PointsJson(detection.vertices);

@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tools/object_finder.h"
 #include "topotag/detector.h"
 
 namespace topotag::tools {
@@ -21,6 +23,7 @@ struct FrameResult {
   int height = 0;
   std::string backend;
   std::vector<Detection> detections;
+  std::optional<std::vector<FoundObject>> objects;  ///< where any were asked for
   StageTimes times;
 };
 

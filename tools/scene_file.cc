@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
-#include <nlohmann/json.hpp>
 
 #include "host/file.h"
+#include "host/rotation.h"
 #include "tools/command.h"
 #include "tools/frame_source.h"
+#include "tools/json_node.h"
+#include "tools/scene_conditions.h"
 #include "topotag/camera_file.h"
 #include "topotag/error.h"
 #include "topotag/image_file.h"
@@ -16,85 +17,15 @@
 namespace topotag::tools {
 namespace {
 
-using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
 constexpr size_t kMaxFileSize = size_t{1} << 26;
-
-[[noreturn]] void Fail(const std::string& where, const std::string& reason) {
-  throw Error(ErrorCode::kParse, where + ": " + reason);
-}
-
-/// An object of the scene file and how messages name it.
-class Node {
- public:
-  Node(const Json& json, std::string where) : json_(json), where_(std::move(where)) {
-    if (!json.is_object()) Fail(where_, "is not an object");
-  }
-
-  bool Has(const char* key) const { return json_.contains(key); }
-  std::string Where(const char* key) const { return where_ + ": " + key; }
-
-  const Json& Get(const char* key) const {
-    if (!Has(key)) Fail(where_, std::string("key \"") + key + "\" is missing");
-    return json_[key];
-  }
-  double Number(const char* key) const { return ToNumber(Get(key), Where(key)); }
-  double Number(const char* key, double otherwise) const {
-    return Has(key) ? Number(key) : otherwise;
-  }
-  uint64_t Whole(const char* key) const {
-    if (!Get(key).is_number_unsigned()) Fail(Where(key), "is not a whole number of 0 or more");
-    return Get(key).get<uint64_t>();
-  }
-  std::string Text(const char* key) const {
-    if (!Get(key).is_string()) Fail(Where(key), "is not a string");
-    return Get(key).get<std::string>();
-  }
-  std::string Text(const char* key, const char* otherwise) const {
-    return Has(key) ? Text(key) : otherwise;
-  }
-  Vector3 Vector(const char* key) const { return ToVector(Get(key), Where(key)); }
-
-  void AllowOnly(std::initializer_list<const char*> keys) const {
-    for (const auto& item : json_.items()) {
-      if (std::find(keys.begin(), keys.end(), item.key()) == keys.end()) {
-        Fail(where_, "unknown key \"" + item.key() + "\"");
-      }
-    }
-  }
-
-  static double ToNumber(const Json& json, const std::string& where) {
-    if (!json.is_number()) Fail(where, "is not a number");
-    return json.get<double>();
-  }
-  static Vector3 ToVector(const Json& json, const std::string& where) {
-    if (!json.is_array() || json.size() != 3) Fail(where, "is not a list of 3 numbers");
-    Vector3 vector;
-    for (size_t i = 0; i < 3; ++i) vector[i] = ToNumber(json[i], where);
-    return vector;
-  }
-
- private:
-  const Json& json_;
-  std::string where_;
-};
-
-/// Runs `read` and lets its error name where the value stands.
-template <typename Read>
-auto At(const std::string& where, Read read) {
-  try {
-    return read();
-  } catch (const Error& error) {
-    throw Error(error.code(), where + ": " + error.what());
-  }
-}
 
 std::string Relative(const std::string& scene, const std::string& path) {
   return (fs::path(scene).parent_path() / path).string();
 }
 
-void ReadDistortion(const Node& node, Camera* camera) {
+void ReadDistortion(const JsonNode& node, Camera* camera) {
   if (!node.Has("distortion")) {
     if (node.Text("distortion_model", "none") != "none")
       Fail(node.Where("distortion"), "is missing");
@@ -116,10 +47,10 @@ void ReadDistortion(const Node& node, Camera* camera) {
   } else if (model != "none" || count != 0) {
     Fail(node.Where("distortion_model"), "'" + model + "' is not one of none, brown, fisheye");
   }
-  for (size_t i = 0; i < count; ++i) camera->distortion[i] = Node::ToNumber(list[i], where);
+  for (size_t i = 0; i < count; ++i) camera->distortion[i] = JsonNode::ToNumber(list[i], where);
 }
 
-Camera ReadInlineCamera(const Node& node) {
+Camera ReadInlineCamera(const JsonNode& node) {
   node.AllowOnly({"width", "height", "fx", "fy", "cx", "cy", "distortion_model", "distortion"});
   const auto side = [&node](const char* key) {
     const uint64_t value = node.Whole(key);
@@ -140,7 +71,7 @@ Camera ReadInlineCamera(const Node& node) {
   return camera;
 }
 
-Matrix3 ReadRotation(const Node& node) {
+Matrix3 ReadRotation(const JsonNode& node) {
   if (node.Has("rvec") && node.Has("R")) Fail(node.Where("R"), "stands beside rvec: give one");
   if (node.Has("rvec")) return RotationMatrix(node.Vector("rvec"));
   Matrix3 rotation{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
@@ -148,7 +79,7 @@ Matrix3 ReadRotation(const Node& node) {
   const Json& rows = node.Get("R");
   const std::string where = node.Where("R");
   if (!rows.is_array() || rows.size() != 3) Fail(where, "is not a list of 3 rows");
-  for (size_t i = 0; i < 3; ++i) rotation[i] = Node::ToVector(rows[i], where);
+  for (size_t i = 0; i < 3; ++i) rotation[i] = JsonNode::ToVector(rows[i], where);
   const auto dot = [&](int a, int b) {
     return rotation[a][0] * rotation[b][0] + rotation[a][1] * rotation[b][1] +
            rotation[a][2] * rotation[b][2];
@@ -166,9 +97,9 @@ Matrix3 ReadRotation(const Node& node) {
   return rotation;
 }
 
-SceneMarker ReadMarker(const std::string& path, const Node& node) {
+SceneMarker ReadMarker(const std::string& path, const JsonNode& node) {
   node.AllowOnly({"family", "id", "size", "inner", "outer", "frame", "margin", "black", "white",
-                  "rvec", "R", "t"});
+                  "growth", "rvec", "R", "t", "velocity", "angular_velocity"});
   SceneMarker marker;
   MarkerDesign& design = marker.design;
   design.family = At(node.Where("family"), [&] { return Family::Parse(node.Text("family")); });
@@ -187,8 +118,11 @@ SceneMarker ReadMarker(const std::string& path, const Node& node) {
   if (!(marker.tag_size > 0)) Fail(node.Where("size"), "is not greater than 0");
   marker.black = node.Number("black", marker.black);
   marker.white = node.Number("white", marker.white);
+  marker.growth = node.Number("growth", marker.growth);
   marker.R = ReadRotation(node);
   marker.t = node.Vector("t");
+  if (node.Has("velocity")) marker.velocity = node.Vector("velocity");
+  if (node.Has("angular_velocity")) marker.angular_velocity = node.Vector("angular_velocity");
   return marker;
 }
 
@@ -215,13 +149,14 @@ void SceneFile::SetBackground(const std::string& path) {
 
 SceneFile ReadScene(const std::string& path) {
   const Json json = ParseFile(path);
-  const Node node(json, path);
-  node.AllowOnly({"camera", "background", "blur", "noise", "seed", "markers"});
+  const JsonNode node(json, path);
+  node.AllowOnly({"camera", "background", "blur", "noise", "seed", "markers", "exposure",
+                  "row_time", "lighting", "occluders"});
   SceneFile file;
   Scene& scene = file.scene;
   const Json& camera = node.Get("camera");
   scene.camera = At(node.Where("camera"), [&] {
-    if (camera.is_object()) return ReadInlineCamera(Node(camera, "object"));
+    if (camera.is_object()) return ReadInlineCamera(JsonNode(camera, "object"));
     return ReadCamera(Relative(path, node.Text("camera")));
   });
   if (node.Has("background") && node.Get("background").is_string()) {
@@ -233,26 +168,15 @@ SceneFile ReadScene(const std::string& path) {
   scene.blur = node.Number("blur", scene.blur);
   scene.noise = node.Number("noise", scene.noise);
   if (node.Has("seed")) scene.seed = node.Whole("seed");
-  if (!node.Has("markers")) return file;
-  const Json& markers = node.Get("markers");
-  if (!markers.is_array()) Fail(node.Where("markers"), "is not a list");
+  const Json& markers = node.List("markers");
   for (size_t i = 0; i < markers.size(); ++i) {
     const std::string where = path + ": marker " + std::to_string(i);
-    scene.markers.push_back(ReadMarker(path, Node(markers[i], where)));
+    scene.markers.push_back(ReadMarker(path, JsonNode(markers[i], where)));
   }
+  ReadConditions(node, &scene);
   return file;
 }
 
-Matrix3 RotationMatrix(const Vector3& rvec) {
-  const double angle = std::sqrt(rvec[0] * rvec[0] + rvec[1] * rvec[1] + rvec[2] * rvec[2]);
-  // sin(a)/a and (1-cos(a))/a^2, by their series where a is too small to divide by.
-  const double s = angle < 1e-8 ? 1 : std::sin(angle) / angle;
-  const double half = std::sin(angle / 2);
-  const double c = angle < 1e-8 ? 0.5 : 2 * half * half / (angle * angle);
-  const double x = rvec[0], y = rvec[1], z = rvec[2];
-  return {{{1 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y},
-           {c * x * y + s * z, 1 - c * (x * x + z * z), c * y * z - s * x},
-           {c * x * z - s * y, c * y * z + s * x, 1 - c * (x * x + y * y)}}};
-}
+Matrix3 RotationMatrix(const Vector3& rvec) { return Exp(rvec); }
 
 }  // namespace topotag::tools

@@ -34,20 +34,42 @@ struct PoseSolution {
   double rms_px = 0;  ///< root mean square reprojection error of the vertices, pixels
 };
 
+/// What aligning the model of a marker with the image has found (PoseMode::kPhotometric).
+struct Photometric {
+  bool accepted = false;  ///< else the pose is that of the vertices
+  double sigma = 0;       ///< of the residuals, robust, grey levels
+  double noise = 0;       ///< expected of the image: between neighbouring residuals, grey levels
+  double blur_px = 0;     ///< sigma of the point spread function, the pixel's square left out
+  double black = 0;       ///< grey levels at the tag's origin
+  double white = 0;
+  double growth = 0;  ///< by which black areas are larger on each side than designed, units
+  int pixels = 0;     ///< that were used
+};
+
 struct Pose : PoseSolution {
   /// Of (rotation vector [rad], translation [m]): R' = exp(w) R, t' = t + dt.
   Matrix6 covariance{};
   /// The other local minimum of the planar pose problem, where there is one.
   std::optional<PoseSolution> alternative;
+  /// rms_px of the better over that of the other solution, of the vertices; 0 where there is none.
+  double ambiguity = 0;
+  /// Set where the photometric step was tried.
+  std::optional<Photometric> photometric;
 };
 
 struct Detection {
   Family family{Family::kMinN};
-  uint64_t id = 0;
+  uint64_t id = 0;                ///< unknown bits are 0
+  uint64_t unknown_bits = 0;      ///< bits of the ID whose nodes are hidden: Options::hidden_nodes
   Point2 center;                  ///< image of the tag's origin, pixels
   std::array<Point2, 4> corners;  ///< white square: first at p1, then along +x, clockwise; pixels
-  VertexList vertices;            ///< sub-pixel, pixels
-  std::optional<Pose> pose;       ///< needs a camera and a tag size
+  /// Sub-pixel, pixels. Those of nodes that are hidden or touched by what hides others are where
+  /// the rest of the marker puts them, and have no weight in the pose.
+  VertexList vertices;
+  /// Of a marker that was read by matched filters (Options::far): log-likelihood of its bits less
+  /// that of the nearest other ones, nats.
+  std::optional<double> margin;
+  std::optional<Pose> pose;  ///< needs a camera and a tag size
 };
 
 }  // namespace topotag

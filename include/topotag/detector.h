@@ -58,6 +58,14 @@ class Detector {
   /// @return false where there is none
   bool collect(std::vector<Detection>* detections);
 
+  /// The photometric step for one detection of this frame, whatever Options::pose. Needs a camera.
+  /// @param detection  with its pose, as detect() gave it
+  /// @return false where it is rejected, or there is no pose to start from: then the detection
+  /// stays
+  ///         as it is
+  /// @throws Error (kInvalidArgument) as detect()
+  bool refine(const ImageView& image, Detection* detection);
+
   const Options& options() const;
   /// The backend that ran last, with its target or device: "scalar", "simd/AVX2", "opencl/DEVICE".
   const std::string& backend() const;

@@ -26,9 +26,9 @@ class Family {
   std::string name() const;
   int bits() const { return n_ * n_ - 2; }
   uint64_t size() const { return uint64_t{1} << bits(); }  ///< number of IDs
-  int node_count() const { return n_ * n_ - 1; }           ///< black nodes, the baseline node counted once
+  int node_count() const { return n_ * n_ - 1; }  ///< black nodes, the baseline node counted once
   int vertex_count() const { return n_ * n_; }
-  int white_side() const { return 4 * n_ + 1; }            ///< side of the white area, in units
+  int white_side() const { return 4 * n_ + 1; }  ///< side of the white area, in units
 
  private:
   int n_;

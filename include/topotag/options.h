@@ -20,12 +20,20 @@ enum class Preset {
   kPaper,    ///< the parameters of the paper (section 4)
 };
 
+enum class PoseMode {
+  kVertices,     ///< from the vertices
+  kPhotometric,  ///< then by aligning the model of the marker with the image, which is slower
+};
+
 /// "auto", "scalar", "simd", "opencl".
 /// @throws Error (kInvalidArgument) that lists the names.
 BackendKind ParseBackend(const std::string& name);
 const char* Name(BackendKind backend);
 /// "default", "paper".
 Preset ParsePreset(const std::string& name);
+/// "vertices", "photometric".
+PoseMode ParsePoseMode(const std::string& name);
+const char* Name(PoseMode mode);
 
 /// What is fastest for one frame: 2, or 1 on a machine with one processor.
 int DefaultThreads();
@@ -53,6 +61,23 @@ struct Options {
   double tag_size = 0;
   std::map<int, double> family_tag_size;
   std::map<std::pair<int, uint64_t>, double> id_tag_size;
+  PoseMode pose = PoseMode::kVertices;
+
+  /// The IDs in use of families n: markers of such a family with other IDs are not reported, and
+  /// one of which only a part is seen gets the only ID in use that fits, where there is just one.
+  /// Families that are not named: all IDs.
+  std::map<int, std::vector<uint64_t>> ids;
+  /// Smooths each frame with a 5 x 5 filter first, for severe noise (sigma from 10 grey levels on);
+  /// everything that follows, vertices included, sees the smoothed frame. Not for frames that are
+  /// on an OpenCL device already.
+  bool pre_blur = false;
+  /// A marker is reported where up to so many of its nodes are hidden, 0 .. kMaxVertices;
+  /// Detection::unknown_bits says which.
+  int hidden_nodes = 0;
+
+  /// Markers whose holes and gaps the thresholds do not resolve are looked for as well, by matched
+  /// filters on the grey levels (docs/design.md). The preset `paper` takes no notice.
+  bool far = false;
 
   /// Only this part of each frame is searched; results stay in full-frame coordinates.
   std::optional<Rect> roi;
