@@ -107,6 +107,8 @@ struct Detector::Impl {
   FarOutline outline;           ///< of white areas that may hold far markers
   std::vector<Marker> markers;  ///< never shrinks: the first marker_count ones are in use
   size_t marker_count = 0;
+  size_t broken_left = 0;            ///< how many broken markers may still be tried
+  std::vector<size_t> unread;        ///< candidates that are tried as such
   size_t far_begin = 0;              ///< from which on they were read by matched filters
   std::vector<const Marker*> order;  ///< in which they are reported
   std::vector<PhotometricWorkspace> photometric;  ///< of each thread

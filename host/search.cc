@@ -28,6 +28,8 @@ constexpr int64_t kMinSecondLook = 4 * kMaxUpsampledArea;
 // and the frame, however the perspective moves them, stay within 3 units of it.
 constexpr int kFetchMargin = 16;
 constexpr int kFetchShare = 4;
+// Broken markers that are tried in one frame, half a millisecond each: this bounds their time.
+constexpr size_t kMaxBroken = 16;
 constexpr double kBaselineArea = 15;  // square units
 constexpr double kReach = 1.15;       // of a marker from its baseline node, sides: perspective
 
@@ -81,6 +83,7 @@ bool IsKnown(const Marker* markers, size_t count, const Decoded& decoded) {
 
 void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
   marker_count = far_begin = 0;
+  broken_left = kMaxBroken;
   first.Run(source == nullptr ? backend.get() : source->backend(), Crop(image, whole),
             threshold_params, &times);
   if (source != nullptr) FetchCandidates(whole);
@@ -213,6 +216,8 @@ void Detector::Impl::LookAround(const ImageView& image, const Rect& whole, const
 
 // Reads a marker from the collected nodes, near to `start` first.
 void Detector::Impl::ReadBrokenNodes(const ImageView& image, Point2 start, const SearchArea& area) {
+  if (broken_left == 0) return;
+  --broken_left;
   StopWatch watch;
   if (markers.size() == marker_count) markers.emplace_back();
   Marker& marker = markers[marker_count];
@@ -271,10 +276,21 @@ void Detector::Impl::DecodeCandidates(const ImageView& image, const Segmentation
   workers.For(static_cast<int>(candidates.size()), [&](int i) {
     const Candidate& candidate = candidates[static_cast<size_t>(i)];
     Marker& marker = markers[marker_count + static_cast<size_t>(i)];
+    marker.is_read =
+        Decode(candidate, segmentation.tree.nodes(candidate), camera(), area, &marker.decoded) &&
+        ConfirmBits(image, &marker.decoded);
+  });
+  unread.clear();
+  for (size_t i = 0; i < candidates.size() && unread.size() < broken_left; ++i) {
+    if (!markers[marker_count + i].is_read) unread.push_back(i);
+  }
+  broken_left -= unread.size();
+  workers.For(static_cast<int>(unread.size()), [&](int k) {
+    const size_t i = unread[static_cast<size_t>(k)];
+    const Candidate& candidate = candidates[i];
+    Marker& marker = markers[marker_count + i];
     const Node* nodes = segmentation.tree.nodes(candidate);
-    marker.is_read = (Decode(candidate, nodes, camera(), area, &marker.decoded) &&
-                      ConfirmBits(image, &marker.decoded)) ||
-                     ReadBroken(image, nodes, candidate.node_count,
+    marker.is_read = ReadBroken(image, nodes, candidate.node_count,
                                 area.ToFrame(nodes[candidate.baseline].black), area, &marker);
   });
   const size_t begin = marker_count;

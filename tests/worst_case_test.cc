@@ -47,7 +47,7 @@ constexpr int kWidth = 1280, kHeight = 960;
 constexpr double kMaxBytesPerPixel = 64;
 // In times of a blank frame; measured: 30 and 200, on a busy machine twice that.
 constexpr double kMaxOfLabelling = 200;
-constexpr double kMaxOfCandidates = 3000;
+constexpr double kMaxOfCandidates = 800;
 
 // A block has at most kMaxBlockChanges changes. A block that is taken as black adds one to each row
 // of the block to its right, but has none itself; where a row ends in white there is one more.
