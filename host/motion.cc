@@ -5,7 +5,7 @@
 
 #include "host/check.h"
 #include "host/quadrature.h"
-#include "host/rotation.h"
+#include "host/rigid_transform.h"
 #include "host/tag_projector.h"
 
 namespace topotag {
@@ -42,7 +42,7 @@ bool Moves(const Scene& scene, const SceneMarker& marker) {
 SceneMarker MovedMarker(const SceneMarker& marker, double seconds) {
   SceneMarker moved = marker;
   const Vector3& w = marker.angular_velocity;
-  moved.R = Product(Exp({w[0] * seconds, w[1] * seconds, w[2] * seconds}), marker.R);
+  moved.R = Exp({w[0] * seconds, w[1] * seconds, w[2] * seconds}) * marker.R;
   for (size_t i = 0; i < 3; ++i) moved.t[i] += marker.velocity[i] * seconds;
   return moved;
 }

@@ -23,14 +23,4 @@ Matrix3 Transposed(const Matrix3& r) {
   return t;
 }
 
-Matrix3 Product(const Matrix3& a, const Matrix3& b) {
-  Matrix3 c{};
-  for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) {
-      for (size_t k = 0; k < 3; ++k) c[i][j] += a[i][k] * b[k][j];
-    }
-  }
-  return c;
-}
-
 }  // namespace topotag

@@ -8,7 +8,6 @@ namespace topotag {
 /// Rotation matrix of a rotation vector (axis times angle, radians).
 Matrix3 Exp(const Vector3& w);
 Matrix3 Transposed(const Matrix3& r);
-Matrix3 Product(const Matrix3& a, const Matrix3& b);
 
 }  // namespace topotag
 
