@@ -65,6 +65,7 @@ struct Detector::Impl {
               std::vector<Detection>* detections);
   void Search(const ImageView& image, const Rect& whole);
   void FetchCandidates(const Rect& whole);
+  ImageView Enlarged(const ImageView& image, const Rect& part, int* scale);
   void LookAgain(const ImageView& image, const Rect& whole, const Rect& part, bool has_holes);
   void DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
                         const SearchArea& area);

@@ -163,23 +163,31 @@ void Detector::Impl::FetchCandidates(const Rect& whole) {
   times.decode += watch.Lap();
 }
 
-// Unless nodes with holes are in sight, nothing that may be broken is read.
-void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const Rect& part,
-                               bool has_holes) {
+// The pixels of a part of the frame for a second look, a small one in twice the resolution.
+ImageView Detector::Impl::Enlarged(const ImageView& image, const Rect& part, int* scale) {
   StopWatch watch;
   if (source != nullptr) {
     parts.assign(1, WithMargin(part, image));
     source->Fetch(parts);
   }
-  const bool small = int64_t{part.width} * part.height <= kMaxUpsampledArea;
-  const ImageView view = small ? Upsample(Crop(image, part), &upsampled) : Crop(image, part);
+  *scale = int64_t{part.width} * part.height <= kMaxUpsampledArea ? 2 : 1;
+  const ImageView view = Crop(image, part);
+  const ImageView result = *scale == 2 ? Upsample(view, &upsampled) : view;
   times.threshold += watch.Lap();
+  return result;
+}
+
+// Unless nodes with holes are in sight, nothing that may be broken is read.
+void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const Rect& part,
+                               bool has_holes) {
+  int scale;
+  const ImageView view = Enlarged(image, part, &scale);
   ThresholdParams params = threshold_params;
-  const SearchArea area{part.x, part.y, small ? 2 : 1, whole};
+  const SearchArea area{part.x, part.y, scale, whole};
   const size_t before = marker_count;
   bool is_first = true;
   for (const int sixteenths : kSecondLookSixteenths) {
-    if (!small && sixteenths == threshold_params.contrast_sixteenths) continue;
+    if (scale == 1 && sixteenths == threshold_params.contrast_sixteenths) continue;
     params.contrast_sixteenths = sixteenths;
     second.Run(second_backend.get(), view, params, &times);
     DecodeCandidates(image, second, area);
@@ -195,15 +203,9 @@ void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const 
 // Looks for a marker of which only a part, or only the baseline node, came out in one piece.
 void Detector::Impl::LookAround(const ImageView& image, const Rect& whole, const Rect& part,
                                 Point2 start, int contrast_sixteenths) {
-  StopWatch watch;
-  if (source != nullptr) {
-    parts.assign(1, WithMargin(part, image));
-    source->Fetch(parts);
-  }
-  const bool small = int64_t{part.width} * part.height <= kMaxUpsampledArea;
-  const ImageView view = small ? Upsample(Crop(image, part), &upsampled) : Crop(image, part);
-  times.threshold += watch.Lap();
-  const SearchArea area{part.x, part.y, small ? 2 : 1, whole};
+  int scale;
+  const ImageView view = Enlarged(image, part, &scale);
+  const SearchArea area{part.x, part.y, scale, whole};
   ThresholdParams params = threshold_params;
   const size_t before = marker_count;
   params.contrast_sixteenths = contrast_sixteenths;
