@@ -23,6 +23,8 @@ struct ShapePlace {
 // In the axes of the shape's nearest edge, the point spread function is a standard normal
 // distribution: a step n across the edge is the tag vector n g, a step t along it t h.
 struct EdgeAxes {
+  HWY_INLINE EdgeAxes() {}  // an implicit one is not compiled for the target
+
   V mu, mv;  // the edge's unit normal
   V gu, gv, hu, hv;
   V area;            // gu hv - gv hu
@@ -98,15 +100,12 @@ struct Disc {
     const V square = Sub(Mul(b, b), Mul(a, c));
     const V root = hn::Sqrt(hn::Max(square, hn::Zero(D())));
     const V inverse = hn::Div(Const(1), a);
-    Chord chord;
-    chord.leave = Mul(Sub(root, b), inverse);
-    chord.enter = Mul(hn::Neg(Add(root, b)), inverse);
     // Bounded where the line touches the circle, none where it misses it.
     const V least = Mul(Mul(Const(0.1f), place.half), hn::Sqrt(a));
-    chord.leave_growth = hn::IfThenElseZero(hn::Gt(square, hn::Zero(D())),
-                                            hn::Div(place.half, hn::Max(root, least)));
-    chord.enter_growth = hn::Neg(chord.leave_growth);
-    return chord;
+    const V growth = hn::IfThenElseZero(hn::Gt(square, hn::Zero(D())),
+                                        hn::Div(place.half, hn::Max(root, least)));
+    return {Mul(hn::Neg(Add(root, b)), inverse), Mul(Sub(root, b), inverse), hn::Neg(growth),
+            growth};
   }
 };
 

@@ -75,6 +75,8 @@ HWY_INLINE View LookAt(const float* fields, bool has_lens, const PhotometricMode
 // Profiles of the lines around a block of pixels.
 template <int kLines>
 struct Lines {
+  HWY_INLINE Lines() {}  // an implicit one is not compiled for the target
+
   V p[kLines][kMaxOrder + 3];
   V q[kLines][kMaxOrder + 3];
   V sign_u, sign_v;  // of the first line's growth; it alternates
@@ -112,6 +114,8 @@ HWY_INLINE void FindLines(const float* fields, const View& view, V growth, int a
 // cell, steps to the next ones along u and along v, and mixed ones.
 template <int kLines>
 struct Window {
+  HWY_INLINE Window() {}  // an implicit one is not compiled for the target
+
   V first;
   V u[kLines], v[kLines];
   V mixed[kLines][kLines];

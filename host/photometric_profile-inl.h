@@ -91,6 +91,8 @@ HWY_INLINE void Profile(V x, int count, V* out) {
 
 // Where a block of pixels looks at the tag.
 struct View {
+  HWY_INLINE View() {}  // an implicit one is not compiled for the target
+
   V u, v;                  // tag point
   V ux, uy, vx, vy;        // derivatives by the pixel
   V cuu, cuv, cvv;         // covariance of the point spread function
@@ -101,6 +103,8 @@ struct View {
 
 // What a pixel sees of a pattern, and its derivatives by the tag point and by the growth.
 struct Coverage {
+  HWY_INLINE Coverage() {}  // an implicit one is not compiled for the target
+
   V value, u, v, uu, uv, vv, growth;
 };
 

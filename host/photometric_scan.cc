@@ -19,6 +19,8 @@ using VI = hn::Vec<DI>;
 using M = hn::Mask<D>;
 
 struct Nodes {
+  HWY_INLINE Nodes() {}  // an implicit one is not compiled for the target
+
   V u, v;  // centre
   V has_hole;
 };

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that the build, the tests and the tools need. Needs no network
 # and no rights where all of them are there already.
+#   install_packages.sh [FURTHER_PACKAGE...]
 set -euo pipefail
 
 packages=(
@@ -12,6 +13,7 @@ packages=(
   libgtest-dev libbenchmark-dev
   libapriltag-dev libopencv-contrib-dev  # other systems, in benchmarks
   poppler-utils librsvg2-bin  # pictures of PDF and SVG, in tests
+  "$@"
 )
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then

@@ -1,0 +1,17 @@
+# Toolchain file: 64-bit Arm on another machine, from a Debian root file system in
+# TOPOTAG_SYSROOT; what is built runs under qemu-user (tools/test_aarch64.sh).
+set(CMAKE_SYSTEM_NAME Linux)
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+
+set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES TOPOTAG_SYSROOT)
+set(CMAKE_SYSROOT ${TOPOTAG_SYSROOT})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_SYSROOT_DIR} ${TOPOTAG_SYSROOT})
+set(ENV{PKG_CONFIG_LIBDIR}
+  ${TOPOTAG_SYSROOT}/usr/lib/aarch64-linux-gnu/pkgconfig:${TOPOTAG_SYSROOT}/usr/share/pkgconfig)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L ${TOPOTAG_SYSROOT})
