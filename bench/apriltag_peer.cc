@@ -1,5 +1,7 @@
 #include <apriltag/apriltag.h>
 #include <apriltag/apriltag_pose.h>
+#include <apriltag/tag16h5.h>
+#include <apriltag/tag25h9.h>
 #include <apriltag/tag36h11.h>
 
 #include <cstdlib>
@@ -24,11 +26,24 @@ apriltag_detection_t* Get(const Detections& detections, size_t i) {
   return detection;
 }
 
+using Tags = std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)>;
+
+Tags CreateTags(AprilTagFamily family) {
+  switch (family) {
+    case AprilTagFamily::k16h5:
+      return {tag16h5_create(), tag16h5_destroy};
+    case AprilTagFamily::k25h9:
+      return {tag25h9_create(), tag25h9_destroy};
+    default:
+      return {tag36h11_create(), tag36h11_destroy};
+  }
+}
+
 class AprilTagPeer : public Peer {
  public:
-  AprilTagPeer(int decimate, int threads)
+  AprilTagPeer(AprilTagFamily family, int decimate, int threads)
       : decimate_(decimate),
-        family_(tag36h11_create(), tag36h11_destroy),
+        family_(CreateTags(family)),
         detector_(apriltag_detector_create(), apriltag_detector_destroy) {
     detector_->quad_decimate = static_cast<float>(decimate);
     detector_->nthreads = threads;
@@ -37,10 +52,12 @@ class AprilTagPeer : public Peer {
 
   std::string name() const override { return "AprilTag d" + std::to_string(decimate_); }
   std::string description() const override {
-    return "AprilTag " TOPOTAG_BENCH_APRILTAG_VERSION ", 36h11, quad_decimate " +
+    return "AprilTag " TOPOTAG_BENCH_APRILTAG_VERSION ", " + dictionary() + ", quad_decimate " +
            std::to_string(decimate_);
   }
-  std::string dictionary() const override { return "36h11"; }
+  // Of "tag36h11".
+  std::string dictionary() const override { return std::string(family_->name).substr(3); }
+  int dictionary_size() const override { return static_cast<int>(family_->ncodes); }
 
   BitmapMarker Marker(int id) const override {
     image_u8_t* image = apriltag_to_image(family_.get(), static_cast<uint32_t>(id));
@@ -107,7 +124,7 @@ class AprilTagPeer : public Peer {
   }
 
   int decimate_;
-  std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> family_;
+  Tags family_;
   std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector_;
   Detections detections_;
 };
@@ -116,8 +133,13 @@ class AprilTagPeer : public Peer {
 
 void AddAprilTag(const PeerSetup& setup, std::vector<std::unique_ptr<Peer>>* peers) {
   for (const int decimate : {1, 2}) {
-    peers->push_back(std::make_unique<AprilTagPeer>(decimate, setup.threads));
+    peers->push_back(
+        std::make_unique<AprilTagPeer>(AprilTagFamily::k36h11, decimate, setup.threads));
   }
+}
+
+void AddAprilTag(AprilTagFamily family, std::vector<std::unique_ptr<Peer>>* peers) {
+  peers->push_back(std::make_unique<AprilTagPeer>(family, 1, 1));
 }
 
 }  // namespace topotag::bench

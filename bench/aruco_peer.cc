@@ -21,11 +21,22 @@ float Aruco3Ratio(const PeerSetup& setup, double black_share) {
   return static_cast<float>(std::max(0.0, kMinSide * (1 / shrink - 1) / setup.frame_side));
 }
 
+cv::Ptr<cv::aruco::Dictionary> DictionaryOf250(int bits) {
+  switch (bits) {
+    case 4:
+      return cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_250);
+    case 5:
+      return cv::aruco::getPredefinedDictionary(cv::aruco::DICT_5X5_250);
+    default:
+      return cv::aruco::getPredefinedDictionary(cv::aruco::DICT_6X6_250);
+  }
+}
+
 class ArucoPeer : public Peer {
  public:
-  ArucoPeer(bool aruco3, const PeerSetup& setup)
+  ArucoPeer(int bits, bool aruco3, const PeerSetup& setup)
       : threads_(setup.threads),
-        dictionary_(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_6X6_250)),
+        dictionary_(DictionaryOf250(bits)),
         parameters_(cv::aruco::DetectorParameters::create()) {
     if (!aruco3) return;
     const double black = dictionary_->markerSize + 2;
@@ -45,11 +56,19 @@ class ArucoPeer : public Peer {
     return parameters_->useAruco3Detection ? "ArUco3" : "ArUco";
   }
   std::string description() const override {
-    const std::string base = "OpenCV " CV_VERSION ", DICT_6X6_250, ";
+    const std::string bits = std::to_string(dictionary_->markerSize);
+    const std::string base = "OpenCV " CV_VERSION ", DICT_" + bits + "X" + bits + "_250, ";
+    if (parameters_->cornerRefinementMethod == cv::aruco::CORNER_REFINE_SUBPIX) {
+      return base + "CORNER_REFINE_SUBPIX";
+    }
     if (!parameters_->useAruco3Detection) return base + "default parameters";
     return base + "useAruco3Detection, told the size of the smallest marker";
   }
-  std::string dictionary() const override { return "6x6_250"; }
+  std::string dictionary() const override {
+    const std::string bits = std::to_string(dictionary_->markerSize);
+    return bits + "x" + bits + "_250";
+  }
+  int dictionary_size() const override { return dictionary_->bytesList.rows; }
 
   BitmapMarker Marker(int id) const override {
     const int black = dictionary_->markerSize + 2;
@@ -102,16 +121,22 @@ class ArucoPeer : public Peer {
 
 void AddAruco(const PeerSetup& setup, std::vector<std::unique_ptr<Peer>>* peers) {
   for (const bool aruco3 : {false, true}) {
-    peers->push_back(std::make_unique<ArucoPeer>(aruco3, setup));
+    peers->push_back(std::make_unique<ArucoPeer>(6, aruco3, setup));
   }
 }
 
 void AddRefinedAruco(std::vector<std::unique_ptr<Peer>>* peers) {
   for (const auto method : {cv::aruco::CORNER_REFINE_SUBPIX, cv::aruco::CORNER_REFINE_APRILTAG}) {
-    auto peer = std::make_unique<ArucoPeer>(false, PeerSetup());
+    auto peer = std::make_unique<ArucoPeer>(6, false, PeerSetup());
     peer->RefineCorners(method);
     peers->push_back(std::move(peer));
   }
+}
+
+void AddAruco(int bits, bool refine, std::vector<std::unique_ptr<Peer>>* peers) {
+  auto peer = std::make_unique<ArucoPeer>(bits, false, PeerSetup());
+  if (refine) peer->RefineCorners(cv::aruco::CORNER_REFINE_SUBPIX);
+  peers->push_back(std::move(peer));
 }
 
 }  // namespace topotag::bench

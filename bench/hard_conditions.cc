@@ -7,20 +7,6 @@ namespace {
 
 using test::Random;
 
-/// A shadow's edge in any direction, within a third of the marker's side of its centre.
-void AddShadow(double factor, double penumbra, Scene* scene, Random* random) {
-  const Detection truth = GroundTruth(*scene, 0);
-  const double third = test::Distance(truth.corners[0], truth.corners[1]) / 3;
-  Shadow shadow;
-  shadow.angle = random->Uniform(0, 2 * M_PI);
-  const double offset = random->Uniform(-third, third);
-  shadow.point = {truth.center.x + offset * std::cos(shadow.angle),
-                  truth.center.y + offset * std::sin(shadow.angle)};
-  shadow.factor = factor;
-  shadow.penumbra = penumbra;
-  scene->lighting.shadow = shadow;
-}
-
 /// A gain of 0.7 at the marker's centre, changing by 0.5 % of it a pixel, in any direction.
 void AddGradient(Scene* scene, Random* random) {
   const double angle = random->Uniform(0, 2 * M_PI);
@@ -33,14 +19,6 @@ void AddGradient(Scene* scene, Random* random) {
   const double middle = 1 - slope.x * dx - slope.y * dy;
   scene->lighting.gain = 0.7 * middle;
   scene->lighting.gradient = {slope.x / middle, slope.y / middle};
-}
-
-/// Motion across the image by `pixels` in `seconds`, in any direction.
-void Move(double pixels, double seconds, Scene* scene, Random* random) {
-  SceneMarker& marker = scene->markers[0];
-  const double angle = random->Uniform(0, 2 * M_PI);
-  const double speed = pixels / seconds * marker.t[2] / scene->camera.fx;
-  marker.velocity = {speed * std::cos(angle), speed * std::sin(angle), 0};
 }
 
 HardCondition Gain(const std::string& name, double gain) {
@@ -96,6 +74,33 @@ HardCondition Hidden(const std::string& name, double share) {
 
 }  // namespace
 
+void AddShadow(double factor, double penumbra, Scene* scene, Random* random) {
+  const Detection truth = GroundTruth(*scene, 0);
+  const double third = test::Distance(truth.corners[0], truth.corners[1]) / 3;
+  Shadow shadow;
+  shadow.angle = random->Uniform(0, 2 * M_PI);
+  const double offset = random->Uniform(-third, third);
+  shadow.point = {truth.center.x + offset * std::cos(shadow.angle),
+                  truth.center.y + offset * std::sin(shadow.angle)};
+  shadow.factor = factor;
+  shadow.penumbra = penumbra;
+  scene->lighting.shadow = shadow;
+}
+
+void Move(double pixels, double seconds, Scene* scene, Random* random) {
+  SceneMarker& marker = scene->markers[0];
+  const double angle = random->Uniform(0, 2 * M_PI);
+  const double speed = pixels / seconds * marker.t[2] / scene->camera.fx;
+  marker.velocity = {speed * std::cos(angle), speed * std::sin(angle), 0};
+}
+
+void AddHighlight(double level, Scene* scene, Random* random) {
+  Point2 center = GroundTruth(*scene, 0).center;
+  center.x += random->Uniform(-30, 30);
+  center.y += random->Uniform(-30, 30);
+  scene->lighting.highlights = {{center, 12, level}};
+}
+
 std::vector<HardCondition> HardConditions() {
   return {
       {"plain", [](Scene*, Random*) {}},
@@ -108,12 +113,7 @@ std::vector<HardCondition> HardConditions() {
       Shaded("shadow to 25 %, penumbra 10 px", 0.25, 10),
       {"gain gradient 0.5 % a pixel", AddGradient},
       {"highlight +150, sigma 12 px",
-       [](Scene* scene, Random* random) {
-         Point2 center = GroundTruth(*scene, 0).center;
-         center.x += random->Uniform(-30, 30);
-         center.y += random->Uniform(-30, 30);
-         scene->lighting.highlights = {{center, 12, 150}};
-       }},
+       [](Scene* scene, Random* random) { AddHighlight(150, scene, random); }},
       MotionBlur("motion blur 3 px", 3),
       MotionBlur("motion blur 6 px", 6),
       RollingShutter("rolling shutter 5 px in 100 rows", 5),

@@ -20,6 +20,17 @@ struct HardCondition {
 /// a marker of some 90 pixels.
 std::vector<HardCondition> HardConditions();
 
+/// A shadow's edge in any direction, within a third of the side of marker 0 of its centre.
+/// @param factor  share of the light that is left; @param penumbra  pixels.
+void AddShadow(double factor, double penumbra, Scene* scene, test::Random* random);
+
+/// Marker 0 moves across the image by `pixels` in `seconds`, in any direction.
+void Move(double pixels, double seconds, Scene* scene, test::Random* random);
+
+/// A spot of light of 12 pixels sigma, up to 30 pixels from the centre of marker 0 along either
+/// axis. @param level  grey levels at its centre.
+void AddHighlight(double level, Scene* scene, test::Random* random);
+
 }  // namespace topotag::bench
 
 #endif  // TOPOTAG_BENCH_HARD_CONDITIONS_H_

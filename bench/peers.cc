@@ -15,10 +15,18 @@ std::vector<std::unique_ptr<Peer>> MakePeers([[maybe_unused]] const PeerSetup& s
   return peers;
 }
 
-std::unique_ptr<Peer> MakeAprilTag() {
+std::unique_ptr<Peer> MakeAprilTag([[maybe_unused]] AprilTagFamily family) {
   std::vector<std::unique_ptr<Peer>> peers;
 #ifdef TOPOTAG_BENCH_WITH_APRILTAG
-  AddAprilTag({}, &peers);
+  AddAprilTag(family, &peers);
+#endif
+  return peers.empty() ? nullptr : std::move(peers.front());
+}
+
+std::unique_ptr<Peer> MakeAruco([[maybe_unused]] int bits, [[maybe_unused]] bool refine) {
+  std::vector<std::unique_ptr<Peer>> peers;
+#ifdef TOPOTAG_BENCH_WITH_ARUCO
+  AddAruco(bits, refine, &peers);
 #endif
   return peers.empty() ? nullptr : std::move(peers.front());
 }

@@ -29,6 +29,8 @@ class Peer {
   virtual std::string description() const = 0;
   /// The same for peers that look for the same markers.
   virtual std::string dictionary() const = 0;
+  /// Number of IDs.
+  virtual int dictionary_size() const = 0;
   virtual BitmapMarker Marker(int id) const = 0;
   /// IDs of the markers found, in any order; without poses.
   virtual void Detect(const ImageView& image, std::vector<int>* ids) = 0;
@@ -58,15 +60,22 @@ std::vector<std::unique_ptr<Peer>> MakePeers(const PeerSetup& setup);
 /// "AprilTag 3: the reason", of those that this build does not have.
 std::vector<std::string> MissingPeers();
 
+enum class AprilTagFamily { k16h5, k25h9, k36h11 };
+
 /// AprilTag 3 with quad_decimate 1; null in a build without it.
-std::unique_ptr<Peer> MakeAprilTag();
+std::unique_ptr<Peer> MakeAprilTag(AprilTagFamily family = AprilTagFamily::k36h11);
+/// OpenCV's ArUco with the dictionary of 250 markers of bits x bits, 4 to 6, and default parameters
+/// but for its corners, refined by cornerSubPix on demand; null in a build without it.
+std::unique_ptr<Peer> MakeAruco(int bits, bool refine);
 /// OpenCV's ArUco with its corners refined as by cornerSubPix and as by AprilTag 2; none in a build
 /// without it.
 std::vector<std::unique_ptr<Peer>> MakeRefinedAruco();
 
 /// Each library's own; in builds that have it.
 void AddAprilTag(const PeerSetup& setup, std::vector<std::unique_ptr<Peer>>* peers);
+void AddAprilTag(AprilTagFamily family, std::vector<std::unique_ptr<Peer>>* peers);
 void AddAruco(const PeerSetup& setup, std::vector<std::unique_ptr<Peer>>* peers);
+void AddAruco(int bits, bool refine, std::vector<std::unique_ptr<Peer>>* peers);
 void AddRefinedAruco(std::vector<std::unique_ptr<Peer>>* peers);
 
 }  // namespace topotag::bench
