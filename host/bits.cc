@@ -116,16 +116,26 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
     kinds[read >> i & 1].Add(resolution[i], hole[i]);
     darkest = std::min(darkest, hole[i]);
   }
-  if (kinds[0].count() == 0) return darkest > kMinOpen * kinds[1].Fit().At(resolution[0]);
+  decoded->quality.contrast = mean_contrast;
+  if (kinds[0].count() == 0) {
+    const double open = kinds[1].Fit().At(resolution[0]);
+    const double least = kMinOpen * open;
+    decoded->quality.sharpness = open;
+    decoded->quality.decision = std::clamp((darkest - least) / (open - least), 0.0, 1.0);
+    return darkest > least;
+  }
 
   const Line solids = kinds[0].Fit();
   const Line rings = kinds[1].Fit();
   uint64_t bits = 0;
   bool clear = true;
+  double decision = 1;
+  double spreads = 0;
   for (int i = 2; i < count; ++i) {
     const double solid = solids.At(resolution[i]);
     const double spread = rings.At(resolution[i]) - solid;
     const double above = hole[i] - solid;
+    spreads += spread;
     // In the shadow a hole is darker than most of a gap that lies in the light; what is solid is
     // not brighter than its body anywhere. There the bit image tells, and must not be contradicted.
     if ((touched >> i & 1) != 0) {
@@ -133,12 +143,16 @@ bool ConfirmBits(const ImageView& image, Decoded* decoded) {
       clear &= spread > kMinSpread &&
                (is_ring ? above > kLeastInShadow * spread : above < (0.5 - kUndecided) * spread);
       bits |= uint64_t{is_ring} << i;
+      decision = std::min(decision, (is_ring ? 2 : -2) * (above / spread - 0.5));
       continue;
     }
     clear &= spread > kMinSpread && std::abs(above - 0.5 * spread) >= kUndecided * spread;
     bits |= static_cast<uint64_t>(above > 0.5 * spread) << i;
+    decision = std::min(decision, 2 * std::abs(above / spread - 0.5));
   }
   if (!clear) return false;
+  decoded->quality.sharpness = spreads / (count - 2);
+  decoded->quality.decision = std::max(decision, 0.0);
   decoded->id = IdFromVertexBits(family, bits);
   return true;
 }

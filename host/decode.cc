@@ -33,11 +33,6 @@ double Square(double x) { return x * x; }
 
 double SquaredDistance(Point2 a, Point2 b) { return Square(a.x - b.x) + Square(a.y - b.y); }
 
-Point2 Centroid(int64_t sum_x, int64_t sum_y, uint32_t pixels, const SearchArea& area) {
-  const double inverse = 1.0 / pixels;
-  return area.ToFrame(static_cast<double>(sum_x) * inverse, static_cast<double>(sum_y) * inverse);
-}
-
 // The points of one candidate in ideal pixels: point 0 and 1 are the baseline node's holes, the
 // others the nodes.
 struct Points {
@@ -55,7 +50,7 @@ bool GatherPoints(const Candidate& candidate, const Node* nodes, const Camera* c
   };
   const Node& baseline = nodes[candidate.baseline];
   for (const Feature& hole : baseline.holes) {
-    if (!add(baseline, Centroid(hole.sum_x, hole.sum_y, hole.area, area))) return false;
+    if (!add(baseline, area.CentroidInFrame(hole))) return false;
   }
   for (int i = 0; i < candidate.node_count; ++i) {
     if (i == candidate.baseline) continue;
@@ -68,7 +63,7 @@ bool GatherPoints(const Candidate& candidate, const Node* nodes, const Camera* c
       sum_y += node.holes[0].sum_y;
       pixels += node.holes[0].area;
     }
-    if (!add(node, Centroid(sum_x, sum_y, pixels, area))) return false;
+    if (!add(node, area.CentroidInFrame(sum_x, sum_y, pixels))) return false;
   }
   return true;
 }
@@ -260,7 +255,7 @@ bool CheckNodes(const Points& points, Family family, const Reading& reading, con
     areas[k] = static_cast<float>(WholeArea(node) / (area.scale * area.scale * unit_area));
     if (node.hole_count == 0) continue;
     const Feature& f = node.holes[0];
-    const Point2 hole = Centroid(f.sum_x, f.sum_y, f.area, area);
+    const Point2 hole = area.CentroidInFrame(f);
     const double dx = hole.x - maps.x[i];
     const double dy = hole.y - maps.y[i];
     const double squared_distance =  // units times unit_area

@@ -23,6 +23,7 @@ struct Decoded {
   uint64_t unmeasured = 0;
   /// Of the points of ModelTable, set by ConfirmBits.
   std::array<NodeLevels, kMaxPoints> levels;
+  Quality quality;  ///< the rms is set with the vertices
 };
 
 /// Where a candidate was found, in pixels of the frame.
@@ -35,10 +36,18 @@ struct SearchArea {
   Point2 ToFrame(double px, double py) const {
     return {x + (px + 0.5) / scale - 0.5, y + (py + 0.5) / scale - 0.5};
   }
-  /// Centroid of a component.
-  Point2 ToFrame(const Feature& feature) const {
-    return ToFrame(static_cast<double>(feature.sum_x) / feature.area,
-                   static_cast<double>(feature.sum_y) / feature.area);
+  /// Centroid of pixels of the labelled image, from their sums. The place of the area goes into
+  /// these, which are integers: so it does not depend on which area around them was searched.
+  Point2 CentroidInFrame(int64_t sum_x, int64_t sum_y, int64_t pixels) const {
+    const double inverse = 1.0 / static_cast<double>(pixels);
+    const auto from_origin = [&](int64_t sum, int first) {
+      sum += int64_t{first} * scale * pixels;
+      return (static_cast<double>(sum) * inverse + 0.5) / scale - 0.5;
+    };
+    return {from_origin(sum_x, x), from_origin(sum_y, y)};
+  }
+  Point2 CentroidInFrame(const Feature& feature) const {
+    return CentroidInFrame(feature.sum_x, feature.sum_y, feature.area);
   }
 };
 

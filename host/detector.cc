@@ -1,6 +1,7 @@
 #include "topotag/detector.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <tuple>
@@ -11,6 +12,7 @@
 #include "host/detector_impl.h"
 #include "host/far_pose.h"
 #include "host/local_map.h"
+#include "host/mean_side.h"
 #include "host/model.h"
 #include "host/partial.h"
 #include "host/pose.h"
@@ -22,6 +24,11 @@ namespace topotag {
 namespace {
 
 constexpr double kMaxTagSize = 1e6;  // metres: keeps the covariance finite
+constexpr double kMaxMinSize = 1e6;  // pixels
+// Of a white area's box, width and height together, in parts of the least size. Those of a whole
+// marker are twice its mean side at least. Covered, shadowed or cut by the threshold, half of it
+// may be missing: then they still are 1.5 of it, and 1.2 where it is seen at 75 degrees.
+constexpr double kMinExtent = 1.2;
 
 std::string Size(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
@@ -58,6 +65,7 @@ Options Validated(Options options) {
     ValidateTagSize(size, "tag size of " + name);
   }
   ValidateIds(options.ids);
+  RequireRange("minimum size", options.min_size, 0, kMaxMinSize, "pixels");
   if (options.hidden_nodes < 0 || options.hidden_nodes > kMaxVertices) {
     FailArgument("hidden nodes " + std::to_string(options.hidden_nodes) +
                  " are not in the range 0.." + std::to_string(kMaxVertices));
@@ -69,8 +77,10 @@ Options Validated(Options options) {
   return options;
 }
 
-TreeParams MakeTreeParams(const Options& options) {
+// Of the whole area, or of second looks at a part of it, which may be enlarged.
+TreeParams MakeTreeParams(const Options& options, bool is_whole) {
   TreeParams params;
+  if (is_whole) params.min_extent = static_cast<int>(kMinExtent * options.min_size);
   params.families = options.families;
   params.lost_baselines = options.preset == Preset::kDefault;
   if (options.preset == Preset::kPaper) {
@@ -78,6 +88,26 @@ TreeParams MakeTreeParams(const Options& options) {
     params.baseline_reference = true;
   }
   return params;
+}
+
+// The part of a frame that is read around a marker: a box of its corners.
+Rect BoxOf(const std::array<Point2, 4>& corners, const ImageView& image) {
+  const auto at = [](double place, int count) {
+    return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(count - 1)));
+  };
+  double x0 = INFINITY, y0 = INFINITY, x1 = -INFINITY, y1 = -INFINITY;
+  for (const Point2& p : corners) {
+    x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
+    y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
+  }
+  const int left = at(x0, image.width), top = at(y0, image.height);
+  return {left, top, at(x1, image.width) - left + 1, at(y1, image.height) - top + 1};
+}
+
+// Of a marker that was found in the complement: the levels that the frame shows.
+void UndoComplement(Photometric* found) {
+  found->black = 255 - found->black;
+  found->white = 255 - found->white;
 }
 
 void ProjectVertices(const Decoded& decoded, VertexList* vertices) {
@@ -91,7 +121,8 @@ static_assert(Detector::kMaxSubmitted == Backend::kMaxSubmitted);
 
 bool ComesBefore(const Marker* a, const Marker* b) {
   const auto key = [](const Marker* m) {
-    return std::make_tuple(m->decoded.family.n(), m->decoded.id, m->center.y, m->center.x);
+    return std::make_tuple(m->decoded.family.n(), m->decoded.id, m->center.y, m->center.x,
+                           m->is_inverted);
   };
   return key(a) < key(b);
 }
@@ -104,15 +135,20 @@ Detector::Impl::Impl(Options o)
       backend(MakeBackend(options.backend, &workers, options.device)),
       second_backend(MakeSecondBackend(options.backend, &workers)),
       backend_name(backend->name()),
-      first(MakeTreeParams(options)),
-      second(MakeTreeParams(options)),
+      first(MakeTreeParams(options, true)),
+      second(MakeTreeParams(options, false)),
       ids(options.ids),
       photometric(static_cast<size_t>(options.threads)) {
   threshold_params.preset = options.preset;
   if (options.pose == PoseMode::kPhotometric) {
     for (PhotometricWorkspace& workspace : photometric) workspace.Reserve();
   }
-  if (options.far && options.preset != Preset::kPaper) far.emplace(options.families);
+  if (options.far && options.preset != Preset::kPaper) {
+    far.emplace(options.families, kSurelySmaller * options.min_size);
+  }
+  if (options.inverted) {
+    complement_search.emplace(options.backend, &workers, MakeTreeParams(options, true));
+  }
 }
 
 Rect Detector::Impl::Area(const ImageView& image) const {
@@ -140,20 +176,13 @@ ImageView Detector::Impl::Prepared(const ImageView& image) {
   return result;
 }
 
-double Detector::Impl::TagSize(Family family, uint64_t id) const {
-  const auto by_id = options.id_tag_size.find({family.n(), id});
-  if (by_id != options.id_tag_size.end()) return by_id->second;
-  const auto by_family = options.family_tag_size.find(family.n());
-  return by_family != options.family_tag_size.end() ? by_family->second : options.tag_size;
-}
-
-void Detector::Impl::MeasureVertices(const ImageView& image) {
+void Detector::Impl::MeasureVertices(const FrameViews& frame) {
   workers.For(static_cast<int>(marker_count), [&](int i) {
     Marker& marker = markers[static_cast<size_t>(i)];
-    if (IsFar(&marker)) {
+    if (marker.is_far) {
       ProjectVertices(marker.decoded, &marker.vertices);
     } else {
-      RefineVertices(image, &marker.decoded, &marker.vertices);
+      RefineVertices(frame.Of(marker.is_inverted), &marker.decoded, &marker.vertices);
     }
     marker.center = marker.decoded.map.Pixel({0, 0});
   });
@@ -161,7 +190,13 @@ void Detector::Impl::MeasureVertices(const ImageView& image) {
 
 void Detector::Impl::Report(std::vector<Detection>* detections) {
   order.clear();
-  for (size_t i = 0; i < marker_count; ++i) order.push_back(&markers[i]);
+  for (size_t i = 0; i < marker_count; ++i) {
+    const Decoded& decoded = markers[i].decoded;
+    if (options.min_size == 0 ||
+        MeanSide(WhiteCorners(decoded.map, decoded.family).data()) >= options.min_size) {
+      order.push_back(&markers[i]);
+    }
+  }
   std::sort(order.begin(), order.end(), ComesBefore);
   detections->resize(order.size());
   for (size_t i = 0; i < order.size(); ++i) {
@@ -170,11 +205,13 @@ void Detector::Impl::Report(std::vector<Detection>* detections) {
     detection.family = decoded.family;
     detection.id = decoded.id;
     detection.unknown_bits = IdFromVertexBits(decoded.family, decoded.hidden);
+    detection.inverted = order[i]->is_inverted;
     detection.center = order[i]->center;
     detection.corners = WhiteCorners(decoded.map, decoded.family);
     detection.vertices = order[i]->vertices;
     detection.margin.reset();
-    if (IsFar(order[i])) detection.margin = order[i]->far.margin;
+    if (order[i]->is_far) detection.margin = order[i]->far.margin;
+    detection.quality = decoded.quality;
   }
 }
 
@@ -182,20 +219,20 @@ void Detector::Impl::EstimatePoses(std::vector<Detection>* detections) {
   workers.For(static_cast<int>(order.size()), [&](int i) {
     Detection& detection = (*detections)[static_cast<size_t>(i)];
     detection.pose.reset();
-    const double size = TagSize(detection.family, detection.id);
+    const double size = TagSize(options, detection.family, detection.id);
     if (camera() == nullptr || size == 0) return;
     const Decoded& decoded = order[static_cast<size_t>(i)]->decoded;
     if (!EstimatePose(detection.family, detection.vertices, decoded.map.ideal, *camera(), size,
                       &detection.pose.emplace(), decoded.unmeasured)) {
       detection.pose.reset();
-    } else if (IsFar(order[static_cast<size_t>(i)])) {
+    } else if (order[static_cast<size_t>(i)]->is_far) {
       SetFarCovariance(detection.family, order[static_cast<size_t>(i)]->far, *camera(), size,
                        &*detection.pose);
     }
   });
 }
 
-void Detector::Impl::RefinePoses(const ImageView& image, std::vector<Detection>* detections) {
+void Detector::Impl::RefinePoses(const FrameViews& frame, std::vector<Detection>* detections) {
   if (camera() == nullptr) return;
   // One task a thread, which has its own workspace, takes one marker after the other.
   std::atomic<size_t> next{0};
@@ -204,8 +241,9 @@ void Detector::Impl::RefinePoses(const ImageView& image, std::vector<Detection>*
     for (size_t i = next++; i < detections->size(); i = next++) {
       Detection& detection = (*detections)[i];
       if (!detection.pose) continue;
-      RefinePhotometric(image, *camera(), TagSize(detection.family, detection.id), &workspace,
-                        &detection);
+      RefinePhotometric(frame.Of(detection.inverted), *camera(),
+                        TagSize(options, detection.family, detection.id), &workspace, &detection);
+      if (detection.inverted) UndoComplement(&*detection.pose->photometric);
     }
   });
 }
@@ -229,13 +267,27 @@ void Detector::Impl::Detect(FrameSource* from, const ImageView& image, const Rec
   }
   times = {};
   StopWatch total;
+  FrameViews frame{image, {}};
+  marker_count = 0;
+  pass = {from == nullptr ? backend.get() : from->backend(), &first, from, false, 0};
   Search(image, area);
+  if (complement_search) {
+    StopWatch watch;
+    if (from != nullptr) {
+      parts.assign(1, Rect{0, 0, image.width, image.height});
+      from->Fetch(parts);
+    }
+    frame.complement = Complement(image, area);
+    times.threshold += watch.Lap();
+    pass = {complement_search->backend.get(), &complement_search->segmentation, nullptr, true, 0};
+    Search(frame.complement, area);
+  }
   StopWatch watch;
-  MeasureVertices(image);
+  MeasureVertices(frame);
   Report(detections);
   times.vertices = watch.Lap();
   EstimatePoses(detections);
-  if (options.pose == PoseMode::kPhotometric) RefinePoses(image, detections);
+  if (options.pose == PoseMode::kPhotometric) RefinePoses(frame, detections);
   times.pose = watch.Lap();
   times.total = total.Lap();
 }
@@ -244,6 +296,7 @@ void Detector::detect(const ImageView& image, std::vector<Detection>* detections
   detections->clear();
   if (!impl_->pending.empty()) FailArgument("detect: submitted frames have not been collected");
   const Rect area = impl_->Area(image);
+  impl_->next_smoothed = 0;
   impl_->Detect(nullptr, impl_->Prepared(image), area, detections);
 }
 
@@ -273,10 +326,14 @@ bool Detector::refine(const ImageView& image, Detection* detection) {
   Impl& impl = *impl_;
   impl.Area(image);
   if (impl.camera() == nullptr || !detection->pose) return false;
-  const double size = impl.TagSize(detection->family, detection->id);
+  const double size = TagSize(impl.options, detection->family, detection->id);
   if (size == 0) return false;
   Detection refined = *detection;
-  if (!RefinePhotometric(image, *impl.camera(), size, &impl.photometric[0], &refined)) return false;
+  ImageView pixels = image;
+  if (refined.inverted) pixels = impl.Complement(image, BoxOf(refined.corners, image));
+  PhotometricWorkspace* const workspace = &impl.photometric[0];
+  if (!RefinePhotometric(pixels, *impl.camera(), size, workspace, &refined)) return false;
+  if (refined.inverted) UndoComplement(&*refined.pose->photometric);
   *detection = refined;
   return true;
 }

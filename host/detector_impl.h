@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/backend.h"
+#include "host/buffer.h"
 #include "host/decode.h"
 #include "host/far.h"
 #include "host/far_outline.h"
@@ -24,7 +25,9 @@ namespace topotag {
 
 /// A marker in the making.
 struct Marker {
-  bool is_read;  ///< its candidate was one
+  bool is_read;      ///< its candidate was one
+  bool is_far;       ///< read by matched filters
+  bool is_inverted;  ///< read in the complement
   Decoded decoded;
   Point2 center;  ///< pixels
   VertexList vertices;
@@ -36,6 +39,30 @@ struct Pending {
   ImageView image;
   Rect area;
   int min_contrast;  ///< of its ThresholdParams
+};
+
+/// A frame and, where markers were read in it, its complement: 255 less its grey levels.
+struct FrameViews {
+  ImageView image, complement;
+  const ImageView& Of(bool inverted) const { return inverted ? complement : image; }
+};
+
+/// One search: of a frame, or of its complement.
+struct SearchPass {
+  Backend* backend;
+  Segmentation* segmentation;  ///< of the whole area
+  FrameSource* source;         ///< null where the pixels are in host memory
+  bool inverted;
+  size_t first_marker;
+};
+
+/// What the search of the complement has of its own. Never on a device.
+struct ComplementSearch {
+  ComplementSearch(BackendKind kind, Workers* workers, const TreeParams& params)
+      : backend(MakeSecondBackend(kind, workers)), segmentation(params) {}
+
+  std::unique_ptr<Backend> backend;
+  Segmentation segmentation;
 };
 
 /// The part of a frame that is looked at.
@@ -57,7 +84,6 @@ struct Detector::Impl {
   /// The part of the frame that is searched. Throws where the frame does not fit the options.
   Rect Area(const ImageView& image) const;
   const Camera* camera() const { return options.camera ? &*options.camera : nullptr; }
-  double TagSize(Family family, uint64_t id) const;
 
   /// Everything that is done with a frame of which `area` is searched. `from` is null for frames in
   /// host memory.
@@ -70,20 +96,24 @@ struct Detector::Impl {
   void DecodeCandidates(const ImageView& image, const Segmentation& segmentation,
                         const SearchArea& area);
   void ReadFar(const ImageView& image, const Rect& whole);
-  bool IsFar(const Marker* marker) const { return marker >= markers.data() + far_begin; }
   void LookIntoShade(const ImageView& image, const Rect& whole);
   void LookAround(const ImageView& image, const Rect& whole, const Rect& part, Point2 start,
                   int contrast_sixteenths);
   void ReadBrokenNodes(const ImageView& image, Point2 start, const SearchArea& area);
   /// The frame as it is searched. Those of the last kMaxSubmitted calls stay as they are.
   ImageView Prepared(const ImageView& image);
-  void KeepMarker(size_t i);
+  /// The complement of the part of a frame that is read where markers within `part` are, at the
+  /// same coordinates; the rest of it is unspecified.
+  ImageView Complement(const ImageView& image, const Rect& part);
+  void KeepMarker(size_t i, bool is_far);
+  /// Where the marker of a baseline node may reach to; empty where it is too small.
+  Rect ReachOf(const LostBaseline& lost, const Rect& whole) const;
   bool ReadBroken(const ImageView& image, const Node* nodes, int count, Point2 start,
                   const SearchArea& area, Marker* marker) const;
-  void MeasureVertices(const ImageView& image);
+  void MeasureVertices(const FrameViews& frame);
   void Report(std::vector<Detection>* detections);
   void EstimatePoses(std::vector<Detection>* detections);
-  void RefinePoses(const ImageView& image, std::vector<Detection>* detections);
+  void RefinePoses(const FrameViews& frame, std::vector<Detection>* detections);
 
   Options options;
   ThresholdParams threshold_params;
@@ -104,14 +134,16 @@ struct Detector::Impl {
   std::array<PreBlurWorkspace, kMaxSubmitted> smoothed;
   size_t next_smoothed = 0;
   UpsampleWorkspace upsampled;
+  std::optional<ComplementSearch> complement_search;
+  Buffer<uint8_t> complement;
+  SearchPass pass{};
   std::optional<FarSearch> far;
   FarOutline outline;           ///< of white areas that may hold far markers
   std::vector<Marker> markers;  ///< never shrinks: the first marker_count ones are in use
   size_t marker_count = 0;
-  size_t broken_left = 0;            ///< how many broken markers may still be tried
-  std::vector<size_t> unread;        ///< candidates that are tried as such
-  size_t far_begin = 0;              ///< from which on they were read by matched filters
-  std::vector<const Marker*> order;  ///< in which they are reported
+  size_t broken_left = 0;                         ///< how many broken markers may still be tried
+  std::vector<size_t> unread;                     ///< candidates that are tried as such
+  std::vector<const Marker*> order;               ///< in which they are reported
   std::vector<PhotometricWorkspace> photometric;  ///< of each thread
 };
 

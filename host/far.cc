@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "host/far_spots.h"
+#include "host/mean_side.h"
 
 namespace topotag {
 namespace {
@@ -38,8 +39,8 @@ uint64_t CountOfTiles(uint64_t bits) {
 
 }  // namespace
 
-FarSearch::FarSearch(const std::vector<Family>& families)
-    : families_(families), lattice_(families), template_(families) {}
+FarSearch::FarSearch(const std::vector<Family>& families, double min_size)
+    : families_(families), min_size_(min_size), lattice_(families, min_size), template_(families) {}
 
 void FarSearch::Start(const Rect& whole, const ThresholdGrid& grid) {
   whole_ = whole;
@@ -117,7 +118,7 @@ void FarSearch::CountSpots(const ImageView& image) {
       }
       const int begin = c;
       while (c < tile_cols_ && active_[first + static_cast<size_t>(c)] != 0) ++c;
-      for (int scale = 1; scale <= 2; ++scale) {
+      for (int scale = lattice_.MinScale(); scale <= 2; ++scale) {
         uint8_t* count = spots_[scale - 1].data() + first;
         for (int y = r * kTile; y < y_end; y += 2 * scale) {
           FindSpots(image, y, begin * kTile, std::min(c * kTile, image.width), scale, gate.depth,
@@ -222,7 +223,9 @@ bool FarSearch::MatchBlocks(const ImageView& image) {
 // Keeps what looks like a marker; returns how much it does.
 double FarSearch::AddGuess(const ImageView& image, Family family, const Point2 corners[4]) {
   Homography map;
-  if (!SquareToQuad(family.white_side() / 2.0, corners, &map)) return 0;
+  if (MeanSide(corners) < min_size_ || !SquareToQuad(family.white_side() / 2.0, corners, &map)) {
+    return 0;
+  }
   int turns = 0;
   const double score = template_.Match(image, family, map, &turns);
   if (score < kMinMatch) return score;
@@ -267,8 +270,7 @@ const std::vector<FarMarker>& FarSearch::Run(const ImageView& image, const Camer
   if (!IsNeeded()) return markers_;
   const ImageView full = CropTo(image, whole_);
   CountSpots(full);
-  SearchScale(full, 1);
-  SearchScale(full, 2);
+  for (int scale = lattice_.MinScale(); scale <= 2; ++scale) SearchScale(full, scale);
   for (const std::array<Point2, 4>& quad : quads_) {
     Point2 corners[4];
     for (size_t i = 0; i < 4; ++i) corners[i] = {quad[i].x - whole_.x, quad[i].y - whole_.y};

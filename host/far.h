@@ -22,7 +22,9 @@ struct FarMarker {
 /// Reads markers whose holes and gaps the bit image does not resolve.
 class FarSearch {
  public:
-  explicit FarSearch(const std::vector<Family>& families);
+  /// @param min_size  mean side of the white area of a marker, pixels: what seems smaller is left
+  ///                  out
+  explicit FarSearch(const std::vector<Family>& families, double min_size = 0);
 
   /// Begins with the part `whole` of a frame.
   /// @param grid  its threshold map: tiles without contrast are passed over
@@ -79,6 +81,7 @@ class FarSearch {
   bool ToGuess(const Guess& guess, const Camera* camera, FarGuess* result) const;
 
   std::vector<Family> families_;
+  double min_size_;
   FarLattice lattice_;
   FarTemplate template_;
   FarFit fit_;

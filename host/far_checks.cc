@@ -11,6 +11,12 @@ namespace {
 constexpr double kGoesOn = 0.35;
 constexpr double kSurelyGoesOn = 0.8;
 
+// A node's hole beside an offset of the node's own grey level.
+constexpr double kBody = 1.5;      // half a side of what is looked at, units
+constexpr double kAgainst = 8;     // nats by which the other bit may look better
+constexpr double kResolved = 60;   // nats from which on the bit must look better
+constexpr double kSureStep = 0.3;  // by so much of an ideal hole
+
 }  // namespace
 
 // Of the noise, from the residual; rounding alone brings a twelfth.
@@ -108,6 +114,64 @@ bool FarFit::IsPartOfLarger() const {
     goes_on[side / 2] |= amplitude > kGoesOn * reference;
   }
   return goes_on[0] && goes_on[1];
+}
+
+// Whether each bit stands where its node may be brighter or darker as a whole, as a highlight makes
+// it: a bright spot over a solid node is not taken for a hole then. What the image does not resolve
+// so well counts as little as it tells.
+bool FarFit::AreHolesLocal() {
+  struct Sums {
+    double count = 0, hole = 0, square = 0, rest = 0, product = 0;
+  };
+  Sums sums[kMaxVertices];
+  for (size_t i = 0; i < pixel_count_; ++i) {
+    const Pixel& p = pixels_[i];
+    const double w = 1 / (1 + map_[6] * p.x + map_[7] * p.y);
+    const auto u = static_cast<float>((map_[0] * p.x + map_[1] * p.y + map_[2]) * w);
+    const auto v = static_cast<float>((map_[3] * p.x + map_[4] * p.y + map_[5]) * w);
+    const double n = family_.n();
+    const int column = static_cast<int>(std::floor(u / 4 + n / 2));
+    const int row = static_cast<int>(std::floor(v / 4 + n / 2));
+    const int h = Vertex(column, row);
+    if (h < 0) continue;
+    const double du = u - 4 * (column - (n - 1) / 2), dv = v - 4 * (row - (n - 1) / 2);
+    if (std::abs(du) > kBody || std::abs(dv) > kBody) continue;
+    const FarCell cell = model_.Cell(u, v);
+    Quad holes{};
+    float hole = 0;
+    FarSample s;
+    int own = -1;
+    for (int k = 0; k < 4; ++k) {
+      const int vertex = Vertex(cell.column + k % 2, cell.row + k / 2);
+      if (vertex == h) own = k;
+      if (vertex >= 0 && vertex != h) holes[k] = hole_[vertex];
+    }
+    if (own < 0) continue;
+    model_.Evaluate(u, v, cell, levels_, holes, &s);
+    const double gain = 1 + gain_[0] * u + gain_[1] * v;
+    hole = s.basis.holes[own];
+    const double rest = p.grey - gain * s.value, expected = gain * hole;
+    Sums& sum = sums[h];
+    sum.count += 1;
+    sum.hole += expected;
+    sum.square += expected * expected;
+    sum.rest += rest;
+    sum.product += expected * rest;
+  }
+  const double depth = -levels_.node, variance = Variance();
+  for (int h = 2; h < family_.vertex_count(); ++h) {
+    const Sums& s = sums[h];
+    if (s.count < 3) continue;
+    const double square = s.square - s.hole * s.hole / s.count;
+    const double product = s.product - s.hole * s.rest / s.count;
+    if (!(square > 0)) continue;
+    const double sign = (bits_ >> h & 1) != 0 ? 1 : -1;
+    // 1 for an ideal node of this bit, -1 for one of the other.
+    const double step = sign * (2 * product / (depth * square) - 1);
+    const double ideal = depth * depth * square / (2 * variance);
+    if (ideal * step < -kAgainst || (ideal > kResolved && step < kSureStep)) return false;
+  }
+  return true;
 }
 
 }  // namespace topotag

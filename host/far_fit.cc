@@ -162,7 +162,8 @@ bool FarFit::Run(const ImageView& image, const Camera* camera, const Rect& whole
     if (!Store(reading)) return false;
     return reading->correlation > kMinCorrelation && reading->margin > kMinMargin &&
            reading->min_step > kMinStep && reading->black > kMinBlack &&
-           reading->white > reading->black && reading->white < kMaxWhite && !IsPartOfLarger();
+           reading->white > reading->black && reading->white < kMaxWhite && !IsPartOfLarger() &&
+           AreHolesLocal();
   }
   return false;
 }

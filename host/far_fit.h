@@ -85,6 +85,7 @@ class FarFit {
   bool DecideBits();
   bool TestFlips(FarReading* reading, bool* flipped);
   bool IsPartOfLarger() const;
+  bool AreHolesLocal();
   bool Store(FarReading* reading);
   double& Normal(int row, int column) { return normal_[row * stride_ + column]; }
   int Vertex(int column, int row) const;

@@ -7,6 +7,7 @@ namespace topotag {
 namespace {
 
 constexpr double kMinPitch = 2.2, kMaxPitch = 8;  // pixels
+constexpr double kFinePitch = 6;                  // up to which full resolution is needed
 constexpr double kReach = 9;                      // of a neighbour, pixels
 constexpr int kMaxNeighbours = 14;
 constexpr int kMaxLines = 8;
@@ -39,17 +40,21 @@ void Reduce(Point2* a, Point2* b) {
   }
 }
 
-bool IsPlausible(Point2 a, Point2 b) {
-  const double la = Length(a), lb = Length(b);
-  return std::abs(Cross(a, b)) > kMinSine * la * lb && std::min(la, lb) > kMinPitch &&
-         std::max(la, lb) < kMaxPitch && std::max(la, lb) < kMaxAspect * std::min(la, lb);
-}
-
 }  // namespace
 
-FarLattice::FarLattice(std::vector<Family> families)
+FarLattice::FarLattice(std::vector<Family> families, double min_size)
     : families_(std::move(families)),
-      largest_(std::max_element(families_.begin(), families_.end())->n()) {}
+      largest_(std::max_element(families_.begin(), families_.end())->n()),
+      min_steps_(2 * 4 * min_size / Family(largest_).white_side()) {}
+
+int FarLattice::MinScale() const { return min_steps_ < 2 * kFinePitch ? 1 : 2; }
+
+bool FarLattice::IsPlausible(Point2 a, Point2 b) const {
+  const double la = Length(a), lb = Length(b);
+  return std::abs(Cross(a, b)) > kMinSine * la * lb && std::min(la, lb) > kMinPitch &&
+         std::max(la, lb) < kMaxPitch && std::max(la, lb) < kMaxAspect * std::min(la, lb) &&
+         (la + lb) * scale_ > min_steps_;
+}
 
 // Spots at the eight lattice points around the first, or less than `least`.
 int FarLattice::CountAround(const Lattice& lattice, double tolerance, int least) const {

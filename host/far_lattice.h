@@ -40,7 +40,13 @@ class FarLattice {
   /// of which the hole shows need more smoothing than those that are hardly apart.
   static constexpr int kCenterWeights[] = {6, 20};
 
-  explicit FarLattice(std::vector<Family> families);
+  /// @param min_size  mean side of the white area of a marker, pixels: lattices in which that of
+  /// the
+  ///                  largest family is smaller are left out
+  FarLattice(std::vector<Family> families, double min_size);
+
+  /// The first scale that is needed: from 6 px of pitch on the second one finds all lattices.
+  int MinScale() const;
 
   /// @param scale  1, or 2: looked at is the image at half the resolution
   void SetImage(const ImageView& image, int scale);
@@ -79,6 +85,7 @@ class FarLattice {
   double Grey(Point2 p) const;
   int Nearest(Point2 p, double tolerance) const;
   bool FindBasis(int seed, Lattice* lattice) const;
+  bool IsPlausible(Point2 a, Point2 b) const;
   int CountAround(const Lattice& lattice, double tolerance, int least) const;
   bool StandsOut(const Lattice& lattice) const;
   bool HasGaps(const Lattice& lattice, int n) const;
@@ -88,7 +95,8 @@ class FarLattice {
   bool IsDone(Point2 place, const std::vector<FarDone>& done) const;
 
   std::vector<Family> families_;
-  int largest_;  ///< n of the largest family
+  int largest_;       ///< n of the largest family
+  double min_steps_;  ///< of |a| + |b|, pixels of the image
   int scale_ = 1;
   int center_weight_ = 0;
   ImageView image_{};  ///< at full resolution

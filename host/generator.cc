@@ -47,7 +47,9 @@ constexpr Glyph kGlyphs[] = {{'0', "103041453616050110"},
 // A marker's geometry with its size on paper.
 struct Print {
   Print(const MarkerDesign& design, const PrintOptions& print, PrintFormat format)
-      : geometry(BuildMarkerGeometry(design)) {
+      : geometry(BuildMarkerGeometry(design)),
+        white(design.inverted ? kBlack : kWhite),
+        black(design.inverted ? kWhite : kBlack) {
     RequireRange("size", print.size_mm, kMinSizeMm, kMaxSizeMm, "mm");
     unit = print.size_mm / design.family.white_side();
     width = unit * (geometry.max.x - geometry.min.x);
@@ -65,6 +67,7 @@ struct Print {
   }
 
   MarkerGeometry geometry;
+  double white, black;         // greys of what they are on a marker that is not inverted
   double unit, width, height;  // mm
 };
 
@@ -84,11 +87,11 @@ void DrawMarker(const Print& print, Point2 corner, PrintSurface* surface) {
     }
     if (!outlines.empty()) surface->Fill(outlines, grey);
   };
-  fill(geometry.paper, kWhite);
-  fill(geometry.frame, kBlack);
-  fill({geometry.white}, kWhite);
-  for (const auto& node : geometry.nodes) fill(node, kBlack);
-  for (const Outline& hole : geometry.holes) fill({hole}, kWhite);
+  fill(geometry.paper, print.white);
+  fill(geometry.frame, print.black);
+  fill({geometry.white}, print.white);
+  for (const auto& node : geometry.nodes) fill(node, print.black);
+  for (const Outline& hole : geometry.holes) fill({hole}, print.white);
 }
 
 // Draws text centred on `middle`, in mm.

@@ -19,8 +19,8 @@ constexpr double kSameSize = 0.1;
 constexpr double kFloorSigma = 0.005;
 
 // Systematic errors of the vertices of one marker, by the length of a unit in the direction of
-// steepest foreshortening: measured on renders without noise.
-double OffsetSigma(double unit) { return 0.25 * std::exp(-unit) + 1e-3; }  // pixels
+// steepest foreshortening: measured on renders without noise, with a blur of 0.7 to 1 px.
+double OffsetSigma(double unit) { return 0.06 * std::exp(-unit) + 2e-3; }  // pixels
 double StrainSigma(double unit) { return 0.02 * std::exp(-1.6 * unit) + 2e-5; }
 
 // Corners of the grid of vertices, as p1, then along +x.

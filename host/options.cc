@@ -53,6 +53,13 @@ const char* Name(PoseMode mode) {
   return mode == PoseMode::kPhotometric ? "photometric" : "vertices";
 }
 
+double TagSize(const Options& options, Family family, uint64_t id) {
+  const auto by_id = options.id_tag_size.find({family.n(), id});
+  if (by_id != options.id_tag_size.end()) return by_id->second;
+  const auto by_family = options.family_tag_size.find(family.n());
+  return by_family != options.family_tag_size.end() ? by_family->second : options.tag_size;
+}
+
 int DefaultThreads() { return std::thread::hardware_concurrency() > 1 ? 2 : 1; }
 
 }  // namespace topotag

@@ -45,10 +45,14 @@ std::vector<Outline> Moved(std::vector<Outline> outlines, double distance) {
 
 Painting PaintMarker(const SceneMarker& marker) {
   const MarkerGeometry geometry = BuildMarkerGeometry(marker.design);
-  const double black = marker.black, white = marker.white, growth = marker.growth;
-  RequireRange("growth", growth, -kMaxGrowth, kMaxGrowth, "units");
+  // What is black on other markers is white on an inverted one, and shrinks where black grows.
+  const bool inverted = marker.design.inverted;
+  const double black = inverted ? marker.white : marker.black;
+  const double white = inverted ? marker.black : marker.white;
+  const double growth = inverted ? -marker.growth : marker.growth;
+  RequireRange("growth", marker.growth, -kMaxGrowth, kMaxGrowth, "units");
   if (!geometry.frame.empty() && !(marker.design.frame + 2 * growth > 0)) {
-    FailArgument("growth " + Text(growth) + " units leaves nothing of the frame");
+    FailArgument("growth " + Text(marker.growth) + " units leaves nothing of the frame");
   }
   Painting painting;
   if (!geometry.paper.empty()) painting.push_back({geometry.paper, white, 0});

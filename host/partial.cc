@@ -155,6 +155,7 @@ class Reader {
     uint64_t whole, rings;
     if (!FindVertices(n, &whole, &rings)) return false;
     uint64_t bits = 0, known = 0, clean = 0;
+    double certainty[kMaxVertices];
     for (int i = 2; i < family.vertex_count(); ++i) {
       const bool is_whole = (whole >> i & 1) != 0;
       const Point2 center = frame_.Cell(i % n, i / n);
@@ -163,12 +164,19 @@ class Reader {
       bool is_known = IsKnown(cell, &bit);
       // What darkens a part of a node may darken its hole.
       if (is_whole && !cell.is_clean) is_known &= bit == (rings >> i & 1);
+      certainty[i] = 2 * std::abs((cell.hole - solid_) / (ring_ - solid_) - 0.5);
       known |= uint64_t{is_known} << i;
       bits |= uint64_t{bit} << i;
       clean |= uint64_t{cell.is_clean} << i;
     }
     const uint64_t all = VertexBits(family, family.size() - 1);
     if (known != all) known &= clean;
+    decoded->quality.decision = 1;
+    for (int i = 2; i < family.vertex_count(); ++i) {
+      if ((known >> i & 1) == 0) continue;
+      decoded->quality.decision = std::min(decoded->quality.decision, certainty[i]);
+    }
+    decoded->quality.sharpness = ring_ - solid_;
     decoded->hidden = all & ~known;
     decoded->unmeasured = (all & ~(known & clean)) | (baseline_is_clean_ ? 0 : 3);
     const int hidden = __builtin_popcountll(decoded->hidden);
@@ -279,6 +287,19 @@ class Reader {
   GridBlock frame_;
 };
 
+// Of the nodes that nothing touches.
+double MeanContrast(const Decoded& decoded) {
+  double sum = 0;
+  int count = 0;
+  for (int i = 2; i < decoded.family.vertex_count(); ++i) {
+    if ((decoded.unmeasured >> i & 1) != 0) continue;
+    const NodeLevels& levels = decoded.levels[static_cast<size_t>(i)];
+    sum += levels.white - levels.black;
+    ++count;
+  }
+  return sum / std::max(count, 1);
+}
+
 bool ReadLattice(const ImageView& image, const std::vector<Family>& families, const Camera* camera,
                  const Spots& spots, const Lattice& lattice, int hidden_nodes, Decoded* decoded) {
   Reader reader(image, camera, spots, lattice);
@@ -296,7 +317,9 @@ bool ReadLattice(const ImageView& image, const std::vector<Family>& families, co
   }
   const LocalMaps maps(decoded->map, ModelTable(family), family.vertex_count() + 1);
   float holes[kMaxVertices];
-  return MeasureLevels(image, family, maps, decoded->levels.data(), holes);
+  if (!MeasureLevels(image, family, maps, decoded->levels.data(), holes)) return false;
+  decoded->quality.contrast = MeanContrast(*decoded);
+  return true;
 }
 
 }  // namespace

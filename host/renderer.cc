@@ -84,6 +84,7 @@ Detection GroundTruth(const Scene& scene, int marker) {
   Detection detection;
   detection.family = truth.design.family;
   detection.id = truth.design.id;
+  detection.inverted = truth.design.inverted;
   detection.center = project.Visible({0, 0});
   const double half = 0.5 * truth.design.family.white_side();
   detection.corners = {project.Visible({-half, -half}), project.Visible({half, -half}),

@@ -4,6 +4,7 @@
 #include "host/bits.h"
 #include "host/detector_impl.h"
 #include "host/local_map.h"
+#include "host/mean_side.h"
 #include "host/partial.h"
 #include "host/second_look.h"
 #include "topotag/marker.h"
@@ -42,22 +43,6 @@ Rect WithMargin(const Rect& box, const ImageView& frame) {
           std::min(box.y + box.height + margin, frame.height) - y0};
 }
 
-// Where the marker of a baseline node may reach to, part of the frame. Foreshortening makes units
-// differ in the two directions.
-Rect ReachOf(const LostBaseline& lost, Family largest, const Rect& whole) {
-  const double along = std::hypot(lost.p2.x - lost.p1.x, lost.p2.y - lost.p1.y) / 2;
-  const double across = lost.area / kBaselineArea / along;
-  const int reach = static_cast<int>(
-      std::min(kReach * largest.white_side() * std::max(along, across), double{kMaxImageSide}));
-  const int x = static_cast<int>(lost.center.x);
-  const int y = static_cast<int>(lost.center.y);
-  const int x0 = std::max(x - reach, 0);
-  const int y0 = std::max(y - reach, 0);
-  const int x1 = std::min(x + reach, whole.width - 1);
-  const int y1 = std::min(y + reach, whole.height - 1);
-  return {whole.x + x0, whole.y + y0, x1 - x0 + 1, y1 - y0 + 1};
-}
-
 // A part of the frame grown by its larger side in all directions.
 Rect Grown(const Rect& part, const Rect& whole) {
   const int margin = std::max(part.width, part.height);
@@ -79,18 +64,27 @@ bool IsKnown(const Marker* markers, size_t count, const Decoded& decoded) {
   });
 }
 
+// Of a marker whose holes are known by its model: how bright one is follows from the blur.
+Quality QualityOf(const FarMarker& marker) {
+  const FarReading& reading = marker.reading;
+  Jacobian2 j;
+  reading.map.Map({0, 0}, &j);
+  const double unit = std::sqrt(std::abs(j[0] * j[3] - j[1] * j[2]));
+  const double part = std::erf(unit / (2 * std::sqrt(2.0) * reading.blur));
+  return {reading.white - reading.black, std::clamp(reading.min_step, 0.0, 1.0), part * part, 0};
+}
+
 }  // namespace
 
 void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
-  marker_count = far_begin = 0;
+  pass.first_marker = marker_count;
   broken_left = kMaxBroken;
-  first.Run(source == nullptr ? backend.get() : source->backend(), Crop(image, whole),
-            threshold_params, &times);
-  if (source != nullptr) FetchCandidates(whole);
-  DecodeCandidates(image, first, {whole.x, whole.y, 1, whole});
+  pass.segmentation->Run(pass.backend, Crop(image, whole), threshold_params, &times);
+  if (pass.source != nullptr) FetchCandidates(whole);
+  DecodeCandidates(image, *pass.segmentation, {whole.x, whole.y, 1, whole});
   if (options.preset == Preset::kPaper) return;
   int64_t budget = std::max(int64_t{whole.width} * whole.height / kSecondLookShare, kMinSecondLook);
-  for (const Doubt& doubt : first.tree.doubts()) {
+  for (const Doubt& doubt : pass.segmentation->tree.doubts()) {
     const Feature& white = doubt.white;
     const int x0 = std::max(white.min_x - kSecondLookMargin, 0);
     const int y0 = std::max(white.min_y - kSecondLookMargin, 0);
@@ -102,27 +96,38 @@ void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
     budget -= cost;
     LookAgain(image, whole, part, doubt.has_holes);
   }
-  for (const LostBaseline& lost : first.tree.lost_baselines()) {
-    const Rect part = ReachOf(lost, options.families.back(), whole);
+  for (const LostBaseline& lost : pass.segmentation->tree.lost_baselines()) {
+    const Rect part = ReachOf(lost, whole);
     const int64_t cost = int64_t{part.width} * part.height;
-    if (cost > budget) continue;
+    if (cost == 0 || cost > budget) continue;
     budget -= cost;
     LookAround(image, whole, part, {whole.x + lost.center.x, whole.y + lost.center.y},
                threshold_params.contrast_sixteenths);
   }
   LookIntoShade(image, whole);
-  far_begin = marker_count;
   if (far) ReadFar(image, whole);
+}
+
+ImageView Detector::Impl::Complement(const ImageView& image, const Rect& part) {
+  const auto stride = static_cast<size_t>(image.width);
+  complement.Reserve(stride * static_cast<size_t>(image.height));
+  const Rect area = WithMargin(part, image);
+  for (int y = area.y; y < area.y + area.height; ++y) {
+    const uint8_t* from = image.row(y) + area.x;
+    uint8_t* to = complement.data() + static_cast<size_t>(y) * stride + area.x;
+    for (int i = 0; i < area.width; ++i) to[i] = static_cast<uint8_t>(255 - from[i]);
+  }
+  return {complement.data(), image.width, image.height, image.width};
 }
 
 // Where no marker was found at all, but nodes with holes are in sight, a shadow may have cut them
 // off from the rest of theirs: the threshold goes between the white in the shadow and the black in
 // the light.
 void Detector::Impl::LookIntoShade(const ImageView& image, const Rect& whole) {
-  if (marker_count != 0) return;
+  if (marker_count != pass.first_marker) return;
   int64_t budget = std::max(int64_t{whole.width} * whole.height / kShadeShare, kMinSecondLook);
-  const std::vector<Doubt>& doubts = first.tree.doubts();
-  const std::vector<LostBaseline>& lost_baselines = first.tree.lost_baselines();
+  const std::vector<Doubt>& doubts = pass.segmentation->tree.doubts();
+  const std::vector<LostBaseline>& lost_baselines = pass.segmentation->tree.lost_baselines();
   if (lost_baselines.empty() &&
       std::none_of(doubts.begin(), doubts.end(), [](const Doubt& d) { return d.has_holes; })) {
     return;
@@ -137,38 +142,38 @@ void Detector::Impl::LookIntoShade(const ImageView& image, const Rect& whole) {
     budget -= cost;
     LookAround(image, whole, wide, {part.x + part.width / 2.0, part.y + part.height / 2.0},
                kShadowSixteenths);
-    if (marker_count != 0) return;
+    if (marker_count != pass.first_marker) return;
   }
   for (const LostBaseline& lost : lost_baselines) {
-    const Rect part = ReachOf(lost, options.families.back(), whole);
+    const Rect part = ReachOf(lost, whole);
     const int64_t cost = int64_t{part.width} * part.height;
-    if (cost > budget) continue;
+    if (cost == 0 || cost > budget) continue;
     budget -= cost;
     LookAround(image, whole, part, {whole.x + lost.center.x, whole.y + lost.center.y},
                kShadowSixteenths);
-    if (marker_count != 0) return;
+    if (marker_count != pass.first_marker) return;
   }
 }
 
 void Detector::Impl::FetchCandidates(const Rect& whole) {
   StopWatch watch;
   parts.clear();
-  for (const Candidate& candidate : first.tree.candidates()) {
+  for (const Candidate& candidate : pass.segmentation->tree.candidates()) {
     const Feature& white = candidate.white;
     const Rect box{whole.x + white.min_x, whole.y + white.min_y, white.max_x - white.min_x + 1,
                    white.max_y - white.min_y + 1};
-    parts.push_back(WithMargin(box, source->shadow()));
+    parts.push_back(WithMargin(box, pass.source->shadow()));
   }
-  source->Fetch(parts);
+  pass.source->Fetch(parts);
   times.decode += watch.Lap();
 }
 
 // The pixels of a part of the frame for a second look, a small one in twice the resolution.
 ImageView Detector::Impl::Enlarged(const ImageView& image, const Rect& part, int* scale) {
   StopWatch watch;
-  if (source != nullptr) {
+  if (pass.source != nullptr) {
     parts.assign(1, WithMargin(part, image));
-    source->Fetch(parts);
+    pass.source->Fetch(parts);
   }
   *scale = int64_t{part.width} * part.height <= kMaxUpsampledArea ? 2 : 1;
   const ImageView view = Crop(image, part);
@@ -200,6 +205,22 @@ void Detector::Impl::LookAgain(const ImageView& image, const Rect& whole, const 
   ReadBrokenNodes(image, {part.x + part.width / 2.0, part.y + part.height / 2.0}, area);
 }
 
+// Part of the frame. Foreshortening makes units differ in the two directions.
+Rect Detector::Impl::ReachOf(const LostBaseline& lost, const Rect& whole) const {
+  const double along = std::hypot(lost.p2.x - lost.p1.x, lost.p2.y - lost.p1.y) / 2;
+  const double across = lost.area / kBaselineArea / along;
+  const double length = kReach * options.families.back().white_side() * std::max(along, across);
+  if (length < kSurelySmaller * options.min_size) return {};
+  const int reach = static_cast<int>(std::min(length, double{kMaxImageSide}));
+  const int x = static_cast<int>(lost.center.x);
+  const int y = static_cast<int>(lost.center.y);
+  const int x0 = std::max(x - reach, 0);
+  const int y0 = std::max(y - reach, 0);
+  const int x1 = std::min(x + reach, whole.width - 1);
+  const int y1 = std::min(y + reach, whole.height - 1);
+  return {whole.x + x0, whole.y + y0, x1 - x0 + 1, y1 - y0 + 1};
+}
+
 // Looks for a marker of which only a part, or only the baseline node, came out in one piece.
 void Detector::Impl::LookAround(const ImageView& image, const Rect& whole, const Rect& part,
                                 Point2 start, int contrast_sixteenths) {
@@ -226,13 +247,13 @@ void Detector::Impl::ReadBrokenNodes(const ImageView& image, Point2 start, const
   const std::vector<Node>& nodes = broken.nodes();
   marker.is_read =
       ReadBroken(image, nodes.data(), static_cast<int>(nodes.size()), start, area, &marker);
-  KeepMarker(marker_count);
+  KeepMarker(marker_count, false);
   times.decode += watch.Lap();
 }
 
 void Detector::Impl::ReadFar(const ImageView& image, const Rect& whole) {
   StopWatch watch;
-  far->Start(whole, (source == nullptr ? backend.get() : source->backend())->Grid());
+  far->Start(whole, pass.backend->Grid());
   for (size_t i = 0; i < marker_count; ++i) {
     const Decoded& decoded = markers[i].decoded;
     far->Exclude(WhiteCorners(decoded.map, decoded.family));
@@ -243,17 +264,17 @@ void Detector::Impl::ReadFar(const ImageView& image, const Rect& whole) {
       return;
     }
     Point2 quad[4];
-    if (!outline.Find(first.components, root, white, quad)) return;
+    if (!outline.Find(pass.segmentation->components, root, white, quad)) return;
     for (Point2& corner : quad) corner = {corner.x + whole.x, corner.y + whole.y};
     far->AddQuad(quad);
   };
-  for (const Doubt& doubt : first.tree.doubts()) add_white(doubt.root, doubt.white);
-  for (const Candidate& candidate : first.tree.candidates()) {
+  for (const Doubt& doubt : pass.segmentation->tree.doubts()) add_white(doubt.root, doubt.white);
+  for (const Candidate& candidate : pass.segmentation->tree.candidates()) {
     add_white(candidate.root, candidate.white);
   }
-  if (source != nullptr && far->IsNeeded()) {
+  if (pass.source != nullptr && far->IsNeeded()) {
     parts.assign(1, far->Area());
-    source->Fetch(parts);
+    pass.source->Fetch(parts);
   }
   for (const FarMarker& found : far->Run(image, camera())) {
     if (markers.size() == marker_count) markers.emplace_back();
@@ -263,8 +284,9 @@ void Detector::Impl::ReadFar(const ImageView& image, const Rect& whole) {
     marker.decoded.id = IdFromVertexBits(found.family, found.reading.bits);
     marker.decoded.map = {found.reading.map, camera()};
     marker.decoded.hidden = marker.decoded.unmeasured = 0;
+    marker.decoded.quality = QualityOf(found);
     marker.far = found.reading;
-    KeepMarker(marker_count);
+    KeepMarker(marker_count, true);
   }
   times.decode += watch.Lap();
 }
@@ -292,21 +314,24 @@ void Detector::Impl::DecodeCandidates(const ImageView& image, const Segmentation
     const Candidate& candidate = candidates[i];
     Marker& marker = markers[marker_count + i];
     const Node* nodes = segmentation.tree.nodes(candidate);
-    marker.is_read = ReadBroken(image, nodes, candidate.node_count,
-                                area.ToFrame(nodes[candidate.baseline].black), area, &marker);
+    marker.is_read =
+        ReadBroken(image, nodes, candidate.node_count,
+                   area.CentroidInFrame(nodes[candidate.baseline].black), area, &marker);
   });
   const size_t begin = marker_count;
-  for (size_t i = begin; i < end; ++i) KeepMarker(i);
+  for (size_t i = begin; i < end; ++i) KeepMarker(i, false);
   times.decode += watch.Lap();
 }
 
 // Keeps a marker that has been read at markers[i], i >= marker_count, where it is a new one.
-void Detector::Impl::KeepMarker(size_t i) {
+void Detector::Impl::KeepMarker(size_t i, bool is_far) {
   Marker& marker = markers[i];
   if (!marker.is_read || !ids.Admit(&marker.decoded) ||
       IsKnown(markers.data(), marker_count, marker.decoded)) {
     return;
   }
+  marker.is_far = is_far;
+  marker.is_inverted = pass.inverted;
   marker.center = marker.decoded.map.Pixel({0, 0});
   if (i != marker_count) markers[marker_count] = marker;
   ++marker_count;

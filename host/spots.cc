@@ -42,14 +42,12 @@ bool GatherSpots(const Node* nodes, int count, const Camera* camera, const Searc
     const double whole = static_cast<double>(pixels) / (area.scale * area.scale);
     if (node.hole_count == 2) {
       for (const Feature& hole : node.holes) {
-        if (!AddSpot(node, area.ToFrame(hole), kSinglePart * whole, camera, spots)) return false;
+        if (!AddSpot(node, area.CentroidInFrame(hole), kSinglePart * whole, camera, spots))
+          return false;
       }
       continue;
     }
-    const double inverse = 1.0 / static_cast<double>(pixels);
-    const Point2 pixel =
-        area.ToFrame(static_cast<double>(x) * inverse, static_cast<double>(y) * inverse);
-    if (!AddSpot(node, pixel, whole, camera, spots)) return false;
+    if (!AddSpot(node, area.CentroidInFrame(x, y, pixels), whole, camera, spots)) return false;
   }
   return spots->count > 0;
 }

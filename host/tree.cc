@@ -156,6 +156,7 @@ bool TopologyTree::BuildNode(uint32_t slot, Node* node) const {
 }
 
 void TopologyTree::BuildCandidate(uint32_t root_slot) {
+  if (IsSmall(features_[root_slot])) return;
   children_by_area_.clear();
   for (uint32_t slot = members_[root_slot].first_child; slot != 0; slot = members_[slot].next) {
     children_by_area_.push_back({features_[slot].area, slot});

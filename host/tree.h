@@ -22,6 +22,9 @@ struct TreeParams {
   bool baseline_reference = false;
   /// Whether lost baseline nodes are looked for.
   bool lost_baselines = false;
+  /// White areas of which width and height of the box together are less, pixels, are too small for
+  /// any marker: neither candidates nor doubts.
+  int min_extent = 0;
 };
 
 /// A black node of a candidate with its white holes, largest first.
@@ -102,6 +105,9 @@ class TopologyTree {
   bool BuildNodes(int count, Candidate* candidate);
   bool IsBaseline(uint32_t slot, LostBaseline* baseline) const;
   bool IsRing(uint32_t slot) const;
+  bool IsSmall(const Feature& white) const {
+    return white.max_x - white.min_x + white.max_y - white.min_y + 2 < params_.min_extent;
+  }
 
   TreeParams params_;
   int min_nodes_;

@@ -62,6 +62,7 @@ struct Targets {
   bool leaky;                           // whether `leak` counts
   Point2 leak[kMaxPoints];              // into the supports (host/leak.h)
   Point2 measured[kMaxPoints];          // centre: the centroid without its bias, pixels
+  Point2 ideal[kMaxPoints];             // the same without the lens, where there is one
 };
 
 void SetHalfSides(Family family, Targets* targets) {
@@ -224,11 +225,22 @@ void ToIdeal(const TagMap& map, const Targets& targets, Point2* ideal) {
 }
 
 // Refits the map to what is measured; false where it stays as it is.
-bool RefitMap(const Targets& targets, TagMap* map) {
-  Point2 ideal[kMaxPoints];
-  if (map->HasLens()) ToIdeal(*map, targets, ideal);
-  return FitHomography(targets.tag, map->HasLens() ? ideal : targets.measured, targets.count,
-                       map->ideal, &map->ideal);
+bool RefitMap(Targets* targets, TagMap* map) {
+  if (map->HasLens()) ToIdeal(*map, *targets, targets->ideal);
+  return FitHomography(targets->tag, map->HasLens() ? targets->ideal : targets->measured,
+                       targets->count, map->ideal, &map->ideal);
+}
+
+// Root mean square distance of what is measured from the map that was fitted to it.
+double FitError(const Targets& targets, const TagMap& map) {
+  const Point2* measured = map.HasLens() ? targets.ideal : targets.measured;
+  double sum = 0;
+  for (int i = 0; i < targets.count; ++i) {
+    const Point2 p = map.ideal.Map(targets.tag[i]);
+    const double dx = measured[i].x - p.x, dy = measured[i].y - p.y;
+    sum += dx * dx + dy * dy;
+  }
+  return targets.count > 0 ? std::sqrt(sum / targets.count) : 0;
 }
 
 // The points that are measured, in arrays: all of them from vertex 2 on are, unless something is in
@@ -269,10 +281,11 @@ void RefineVertices(const ImageView& image, Decoded* decoded, VertexList* vertic
   targets.levels = points.levels;
   TagMap& map = decoded->map;
   MeasureAll(image, *decoded, &targets);
-  if (RefitMap(targets, &map)) {
+  if (RefitMap(&targets, &map)) {
     UpdateTargets(image, map, &targets);
-    RefitMap(targets, &map);
+    RefitMap(&targets, &map);
   }
+  decoded->quality.rms_px = FitError(targets, map);
 
   vertices->resize(vertex_count);
   Point2 shift;  // of the baseline node from where it is expected

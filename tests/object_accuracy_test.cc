@@ -141,13 +141,21 @@ INSTANTIATE_TEST_SUITE_P(Distances, PhotometricTurnTest, testing::Values(0.25, 0
 
 // Vertices have systematic errors that all markers of a frame share: less is gained.
 TEST(VerticesTurnTest, ObjectBeatsSingleMarkers) {
-  const TurnErrors all = Turn(PoseMode::kVertices, 0.3).Run(0);
-  Record(all);
-  EXPECT_LE(all.object, 0.5 * 0.5 * all.best);
-  EXPECT_EQ(all.rejected, 0);
-  const TurnErrors hidden = Turn(PoseMode::kVertices, 0.3).Run(3);
-  EXPECT_LE(hidden.object, 0.65 * 0.65 * hidden.best);
-  EXPECT_EQ(hidden.rejected, 0);
+  for (const double distance : {0.3, 0.5}) {
+    SCOPED_TRACE(distance);
+    const TurnErrors all = Turn(PoseMode::kVertices, distance).Run(0);
+    Record(all);
+    EXPECT_LE(all.object, 0.35 * 0.35 * all.best);
+    EXPECT_EQ(all.rejected, 0);
+    const TurnErrors hidden = Turn(PoseMode::kVertices, distance).Run(3);
+    EXPECT_LE(hidden.object, 0.5 * 0.5 * hidden.best);
+    EXPECT_EQ(hidden.rejected, 0);
+    for (const TurnErrors& errors : {all, hidden}) {
+      // Of six expected: what blur may do to vertices is allowed for.
+      EXPECT_GT(errors.whitened / kSteps, 1);
+      EXPECT_LT(errors.whitened / kSteps, 8);
+    }
+  }
 }
 
 }  // namespace

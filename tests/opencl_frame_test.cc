@@ -101,6 +101,33 @@ TEST_F(OpenClFrameTest, AreAsThoseInHostMemory) {
   EXPECT_GT(found, 10U);
 }
 
+// The complement is searched on the processor: the whole area is transferred.
+TEST_F(OpenClFrameTest, InvertedMarkersToo) {
+  Options options;
+  options.inverted = true;
+  Detector host(options), detector(options);
+  Image image(640, 480);
+  size_t inverted = 0;
+  for (uint64_t seed = 0; seed < 12; ++seed) {
+    const GuardedImage frame = MakeFrame({640, 480, 1, FrameKind::kMarkers, seed});
+    for (int y = 0; y < 480; ++y) {
+      for (int x = 0; x < 640; ++x) {
+        const int level = frame.view().row(y)[x];
+        image.row(y)[x] = static_cast<uint8_t>(seed % 3 == 0 ? level : 255 - level);
+      }
+    }
+    std::vector<Detection> detections;
+    detect(detector, Upload(image.view(), 0, 0), &detections);
+    const std::vector<Detection> expected = host.detect(image.view());
+    ExpectSame(expected, detections);
+    for (size_t i = 0; i < detections.size(); ++i) {
+      EXPECT_EQ(detections[i].inverted, expected[i].inverted);
+      inverted += detections[i].inverted;
+    }
+  }
+  EXPECT_GT(inverted, 2u);
+}
+
 // Around large and steep markers too, everything that decoding and refining read is transferred:
 // what is not comes from other frames.
 TEST_F(OpenClFrameTest, SurroundingsOfMarkersAreTransferred) {

@@ -51,6 +51,7 @@ TEST(RealImagesTest, EveryMarkerOfThePhotographsAndNoOther) {
   TOPOTAG_REQUIRE_DATA("topotag_real");
   Options options;
   options.far = true;  // the right face of the cube is 30 px wide
+  options.inverted = true;
   Detector detector(options);
   int images = 0;
   int found_markers = 0;
@@ -59,7 +60,9 @@ TEST(RealImagesTest, EveryMarkerOfThePhotographsAndNoOther) {
     if (image.value("annotated", false) || image.value("rendered", false)) continue;
     const std::string name = image["file"];
     const Image pixels = ReadImage((DataFolder() / "topotag_real" / name).string());
-    const Markers found = Found(detector.detect(pixels.view()));
+    const std::vector<Detection> detections = detector.detect(pixels.view());
+    for (const Detection& detection : detections) EXPECT_FALSE(detection.inverted) << name;
+    const Markers found = Found(detections);
     const Markers expected = Labelled(image);
     for (const auto& marker : found) EXPECT_EQ(expected.count(marker), 1u) << name;
     for (const auto& marker : expected) {
@@ -134,6 +137,7 @@ TEST_P(NegativeImagesTest, NoDetection) {
   Options options;
   options.families = Family::ParseList("3x3,4x4,5x5,6x6,7x7,8x8");
   options.far = true;
+  options.inverted = true;
   Detector detector(options);
   options.preset = Preset::kPaper;
   Detector paper(options);

@@ -12,6 +12,7 @@
 #include "tests/frames.h"
 #include "tests/scene_util.h"
 #include "topotag/detector.h"
+#include "topotag/tracker.h"
 
 namespace {
 
@@ -142,6 +143,60 @@ TEST_P(SteadyStateTest, MarkersOfMatchedFilters) {
   Allocations(&detector, {image.view()});
   EXPECT_GE(detections_.size(), 5u);
   EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(5, image.view())), 0);
+}
+
+TEST_P(SteadyStateTest, InvertedMarkers) {
+  Scene scene = MarkerScene(640, 480, 4, 3, 9, 2);
+  for (size_t i = 0; i < scene.markers.size(); i += 2) scene.markers[i].design.inverted = true;
+  const Image image = RenderScene(scene);
+  Options options = MakeOptions();
+  options.far = true;
+  options.inverted = true;
+  options.min_size = 20;
+  options.camera = scene.camera;
+  options.tag_size = 0.05;
+  options.pose = PoseMode::kPhotometric;
+  Detector detector(options);
+  Allocations(&detector, {image.view()});
+  EXPECT_GE(detections_.size(), 8u);
+  EXPECT_EQ(Allocations(&detector, std::vector<ImageView>(5, image.view())), 0);
+}
+
+// Markers that move, one that hides and comes back, whole searches between.
+TEST_P(SteadyStateTest, Tracking) {
+  Scene scene = MarkerScene(640, 480, 2, 2, 9, 2);
+  std::vector<Image> frames;
+  for (int i = 0; i < 4; ++i) {
+    Scene moved = scene;
+    for (SceneMarker& marker : moved.markers) marker.t[0] += 0.002 * i;
+    if (i == 3) moved.markers.pop_back();
+    frames.push_back(RenderScene(moved));
+  }
+  TrackerOptions options;
+  options.detection = MakeOptions();
+  options.detection.camera = scene.camera;
+  options.detection.tag_size = 0.05;
+  options.detection.pose = PoseMode::kPhotometric;
+  options.search_interval = 7;
+  options.lost_frames = 2;
+  Tracker tracker(options);
+  const auto run = [&] {
+    tracker.reset();
+    allocations = 0;
+    counting = true;
+    int in_regions = 0;
+    for (const int i : {0, 1, 2, 1, 0, 1, 2, 3, 2, 1, 0, 0, 1, 3, 3, 3, 3, 1}) {
+      tracker.track(frames[static_cast<size_t>(i)].view(), &detections_);
+      in_regions += !tracker.searched_whole();
+    }
+    counting = false;
+    EXPECT_GT(in_regions, 5);
+    return allocations.load();
+  };
+  EXPECT_GT(run(), 0);
+  EXPECT_EQ(detections_.size(), 3u);
+  run();
+  EXPECT_EQ(run(), 0);
 }
 
 TEST_P(SteadyStateTest, AnyContent) {

@@ -12,6 +12,7 @@
 #include "tools/frame_source.h"
 #include "tools/output.h"
 #include "tools/report.h"
+#include "tools/tag_sizes.h"
 #include "topotag/camera_file.h"
 #include "topotag/detector.h"
 #include "topotag/image_file.h"
@@ -45,9 +46,7 @@ Options ParseOptions(const Arguments& arguments) {
   if (!arguments.camera.empty()) {
     options.camera = ForOption("--camera", [&] { return ReadCamera(arguments.camera); });
   }
-  if (!arguments.tag_size.empty()) {
-    options.tag_size = ParsePositive("--tag-size", arguments.tag_size);
-  }
+  if (!arguments.tag_size.empty()) AddTagSizes(arguments.tag_size, &options);
   Options checked = options;
   checked.backend = BackendKind::kScalar;
   ForOption("bench", [&] { return Detector(checked); });

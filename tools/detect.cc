@@ -17,8 +17,10 @@
 #include "tools/progress.h"
 #include "tools/report.h"
 #include "tools/stage_pictures.h"
+#include "tools/tag_sizes.h"
 #include "topotag/camera_file.h"
 #include "topotag/detector.h"
+#include "topotag/tracker.h"
 
 namespace topotag::tools {
 namespace {
@@ -28,7 +30,7 @@ struct Arguments {
   std::vector<std::string> inputs;
   std::string family = "3x3,4x4,5x5";
   std::string camera;
-  std::string tag_size;
+  std::vector<std::string> tag_sizes;
   std::vector<std::string> objects;
   std::string roi;
   std::string backend = "auto";
@@ -39,6 +41,10 @@ struct Arguments {
   std::vector<std::string> ids;
   std::string hidden_nodes = "0";
   bool pre_blur = false;
+  bool inverted = false;
+  std::string min_size = "0";
+  std::string quality = "off";
+  std::string track = "off";
   std::string pose = "vertices";
   std::string format = "text";
   std::string output;
@@ -116,10 +122,14 @@ Options ParseOptions(const Arguments& arguments) {
   options.families = ForOption("--family", [&] { return Family::ParseList(arguments.family); });
   options.preset = ForOption("--preset", [&] { return ParsePreset(arguments.preset); });
   CheckChoice("--far", arguments.far, {"on", "off"});
+  CheckChoice("--quality", arguments.quality, {"on", "off"});
+  CheckChoice("--track", arguments.track, {"on", "off"});
   options.far = arguments.far == "on";
   for (const std::string& ids : arguments.ids) AddIds(ids, &options);
   options.hidden_nodes = ParseHiddenNodes(arguments.hidden_nodes);
   options.pre_blur = arguments.pre_blur;
+  options.inverted = arguments.inverted;
+  options.min_size = ParseNotNegative("--min-size", arguments.min_size);
   options.backend = ForOption("--backend", [&] { return ParseBackend(arguments.backend); });
   options.threads = ParseThreads(arguments.threads);
   options.pose = ForOption("--pose", [&] { return ParsePoseMode(arguments.pose); });
@@ -127,9 +137,7 @@ Options ParseOptions(const Arguments& arguments) {
   if (!arguments.camera.empty()) {
     options.camera = ForOption("--camera", [&] { return ReadCamera(arguments.camera); });
   }
-  if (!arguments.tag_size.empty()) {
-    options.tag_size = ParsePositive("--tag-size", arguments.tag_size);
-  }
+  for (const std::string& sizes : arguments.tag_sizes) AddTagSizes(sizes, &options);
   if (!arguments.roi.empty()) options.roi = ParseRoi(arguments.roi);
   return options;
 }
@@ -169,6 +177,7 @@ class Run {
         options_(options),
         objects_(*objects),
         format_(format),
+        columns_{arguments.inverted, arguments.quality == "on", arguments.track == "on"},
         detector_(MakeDetector(arguments, options)),
         source_(arguments.inputs),
         output_(arguments.output) {
@@ -176,6 +185,7 @@ class Run {
     ProtectInputs(files);
     if (!arguments.draw.empty()) draw_.emplace(arguments.draw, files);
     if (!arguments.stages.empty()) stages_.emplace(arguments.stages, files);
+    if (columns_.track) tracker_.emplace(TrackerOptions{options});
   }
 
   int Execute();
@@ -185,13 +195,17 @@ class Run {
   bool DetectNext();
   void ProtectInputs(const std::vector<std::string>& files) const;
   void CheckSize(const Frame& frame) const;
+  void Search();
   void WritePictures();
 
   const Arguments& arguments_;
   const Options& options_;
   ObjectFinder& objects_;
   const Format format_;
+  const ExtraColumns columns_;
   Detector detector_;
+  std::optional<Tracker> tracker_;
+  size_t tracked_input_ = 0;
   FrameSource source_;
   OutputStream output_;
   std::optional<PictureFolder> draw_;
@@ -219,11 +233,26 @@ void Run::CheckSize(const Frame& frame) const {
                   " is for " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
 }
 
+void Run::Search() {
+  if (!tracker_) {
+    detector_.detect(frame_.pixels, &result_.detections);
+    result_.backend = detector_.backend();
+    result_.times = detector_.times();
+    return;
+  }
+  if (frame_.input != tracked_input_) tracker_->reset();
+  tracked_input_ = frame_.input;
+  tracker_->track(frame_.pixels, &result_.detections);
+  result_.tracks = tracker_->states();
+  result_.backend = tracker_->backend();
+  result_.times = tracker_->times();
+}
+
 bool Run::DetectNext() {
   if (!source_.Next(&frame_)) return false;
   try {
     CheckSize(frame_);
-    detector_.detect(frame_.pixels, &result_.detections);
+    Search();
   } catch (const std::exception& error) {
     const std::string frame =
         frame_.is_sequence ? "frame " + std::to_string(frame_.index) + ": " : std::string();
@@ -235,15 +264,12 @@ bool Run::DetectNext() {
   result_.is_sequence = frame_.is_sequence;
   result_.width = frame_.pixels.width;
   result_.height = frame_.pixels.height;
-  result_.backend = detector_.backend();
-  result_.times = detector_.times();
   return true;
 }
 
 void Run::WritePictures() {
   if (!draw_ && !stages_) return;
-  cv::Mat picture =
-      DrawDetections(frame_.pixels, result_.detections, options_.camera, options_.tag_size);
+  cv::Mat picture = DrawDetections(frame_.pixels, result_.detections, options_);
   if (result_.objects) objects_.Draw(*result_.objects, *options_.camera, &picture);
   if (draw_) draw_->Write(frame_.stem, {{"", picture}});
   if (stages_) stages_->Write(frame_.stem, StagePictures(detector_, frame_.pixels, picture));
@@ -254,7 +280,7 @@ int Run::Execute() {
   Progress progress(show_progress, show_progress ? source_.CountFrames() : 1);
   const bool shared_terminal = output_.is_stdout() && isatty(STDOUT_FILENO) != 0;
   int status = kSuccess;
-  output_.Write(FormatHeader(format_));
+  output_.Write(FormatHeader(format_, columns_));
   CatchInterrupts();
   while (!g_interrupted) {
     try {
@@ -268,7 +294,7 @@ int Run::Execute() {
     }
     WritePictures();
     if (shared_terminal) progress.Clear();
-    output_.Write(FormatFrame(format_, result_));
+    output_.Write(FormatFrame(format_, columns_, result_));
     progress.Step();
   }
   if (g_interrupted && !source_.at_camera()) {
@@ -293,6 +319,9 @@ int RunDetect(const Arguments& arguments) {
   Options options = ParseOptions(arguments);
   ObjectFinder objects = ReadObjects(arguments, arguments.family == Arguments().family, &options);
   const Format format = ParseFormat(arguments.format);
+  if (arguments.track == "on" && !arguments.stages.empty()) {
+    throw UsageError("--stages: not with --track on, which leaves out most of each frame");
+  }
   return Run(arguments, options, &objects, format).Execute();
 }
 
@@ -322,12 +351,24 @@ Command AddDetect(CLI::App* app) {
       ->group("What to find");
   AddText(command, "What to find", "--hidden-nodes", &a.hidden_nodes, "N",
           "Also markers with up to N hidden nodes (default: 0)");
+  command->add_flag("--inverted", a.inverted, "Also markers with white and black exchanged")
+      ->group("What to find");
+  AddText(command, "What to find", "--min-size", &a.min_size, "PX",
+          "Only markers of which the white area's sides are PX pixels long or more, in the mean");
   command->add_flag("--pre-blur", a.pre_blur, "Smooth each frame first, against severe noise")
       ->group("What to find");
+  AddText(command, "What to find", "--track", &a.track, "ON",
+          "on: in videos, cameras and folders, markers first where the last frames say they are; "
+          "new ones every 30 frames");
   AddText(command, "Pose", "--camera", &a.camera, "FILE",
           "Calibration: OpenCV YAML or JSON, ROS YAML");
-  AddText(command, "Pose", "--tag-size", &a.tag_size, "METRES",
-          "Side of the white area; poses need this and --camera");
+  command
+      ->add_option("--tag-size", a.tag_sizes,
+                   "Side of the white area; poses need this and --camera. Also of families and "
+                   "IDs: 0.05,3x3=0.03,4x4:0-9,278=0.1")
+      ->type_name("METRES")
+      ->allow_extra_args(false)
+      ->group("Pose");
   command->add_option("--object", a.objects, "A board or body of markers; see topotag object")
       ->type_name("FILE")
       ->allow_extra_args(false)
@@ -336,6 +377,8 @@ Command AddDetect(CLI::App* app) {
           "vertices (default), or photometric: slower, more exact");
   AddText(command, "Output", "--format", &a.format, "NAME",
           "text (default), json (a line a frame) or csv");
+  AddText(command, "Output", "--quality", &a.quality, "ON",
+          "on: how well each marker is seen, too");
   AddText(command, "Output", "--output", &a.output, "FILE",
           "Results, once complete (default: standard output)");
   AddText(command, "Output", "--draw", &a.draw, "DIR",

@@ -123,8 +123,8 @@ void DrawLabel(cv::Mat* picture, const Detection& detection, double side, double
   cv::putText(*picture, text, origin, kFont, font_scale, kOutline, stroke, cv::LINE_AA);
 }
 
-void DrawDetection(cv::Mat* picture, const Detection& detection,
-                   const std::optional<Camera>& camera, double tag_size, double scale) {
+void DrawDetection(cv::Mat* picture, const Detection& detection, const Options& options,
+                   double scale) {
   const double side = ShortestSide(detection);
   const double width = std::clamp(side / 40, 1.0, 2 * scale);
   for (int i = 0; i < 4; ++i) {
@@ -132,8 +132,9 @@ void DrawDetection(cv::Mat* picture, const Detection& detection,
   }
   DrawDot(picture, detection.corners[0], std::clamp(side / 18, 1.5, 6 * scale), kFirstCorner);
   DrawVertices(picture, detection, side / detection.family.white_side(), scale);
-  if (detection.pose && camera && tag_size > 0) {
-    DrawAxes(picture, *detection.pose, *camera, tag_size / 2,
+  if (detection.pose && options.camera) {
+    const double tag_size = TagSize(options, detection.family, detection.id);
+    DrawAxes(picture, *detection.pose, *options.camera, tag_size / 2,
              std::clamp(side / 30, 1.0, 3 * scale));
   }
 }
@@ -149,14 +150,14 @@ void DrawPoseAxes(cv::Mat* picture, const Pose& pose, const Camera& camera, doub
 }
 
 cv::Mat DrawDetections(const ImageView& image, const std::vector<Detection>& detections,
-                       const std::optional<Camera>& camera, double tag_size) {
+                       const Options& options) {
   const cv::Mat gray(image.height, image.width, CV_8UC1, const_cast<uint8_t*>(image.data),
                      static_cast<size_t>(image.stride));
   cv::Mat picture;
   cv::cvtColor(gray, picture, cv::COLOR_GRAY2BGR);
   const double scale = PictureScale(image.width, image.height);
   for (const Detection& detection : detections) {
-    DrawDetection(&picture, detection, camera, tag_size, scale);
+    DrawDetection(&picture, detection, options, scale);
   }
   // Labels last: no neighbour's lines cross them.
   for (const Detection& detection : detections) {

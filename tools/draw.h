@@ -2,21 +2,20 @@
 #define TOPOTAG_TOOLS_DRAW_H_
 
 #include <opencv2/core.hpp>
-#include <optional>
 #include <vector>
 
-#include "topotag/camera.h"
 #include "topotag/detection.h"
 #include "topotag/image.h"
+#include "topotag/options.h"
 
 namespace topotag::tools {
 
 /// The frame in colour (BGR) with each marker's outline, first corner, family and ID, vertices
 /// and, where it has a pose, its axes (x red, y green, z blue). Lines and text grow with the
 /// frame and the marker.
-/// @param tag_size  metres; the length of the axes follows it; 0: none.
+/// @param options  those of the detector: camera, and sizes, which the length of the axes follows
 cv::Mat DrawDetections(const ImageView& image, const std::vector<Detection>& detections,
-                       const std::optional<Camera>& camera, double tag_size);
+                       const Options& options);
 
 /// The axes of a pose, drawn over a picture.
 /// @param length  metres

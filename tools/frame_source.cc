@@ -58,7 +58,9 @@ void ToGray(const cv::Mat& decoded, cv::Mat* gray) {
 }  // namespace
 
 FrameSource::FrameSource(const std::vector<std::string>& inputs) {
+  size_t argument = 0;
   for (const std::string& input : inputs) {
+    const size_t first = inputs_.size();
     if (input.compare(0, sizeof kCameraPrefix - 1, kCameraPrefix) == 0) {
       const uint64_t index = ParseUnsigned(input, input.substr(sizeof kCameraPrefix - 1));
       if (index > 1000) throw UsageError(input + ": a camera's index is at most 1000");
@@ -66,6 +68,8 @@ FrameSource::FrameSource(const std::vector<std::string>& inputs) {
     } else {
       Add(input);
     }
+    for (size_t i = first; i < inputs_.size(); ++i) inputs_[i].argument = argument;
+    ++argument;
   }
 }
 
@@ -98,7 +102,8 @@ bool FrameSource::Next(Frame* frame) {
       case Kind::kImage: {
         ++next_;
         Read(input.path);
-        *frame = {input.path, 0, false, fs::path(input.path).stem().string(), image_.view()};
+        *frame = {input.path,    0, false, fs::path(input.path).stem().string(), image_.view(),
+                  input.argument};
         return true;
       }
       default:
@@ -143,8 +148,12 @@ bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
       is_camera ? "camera" + std::to_string(input.camera) : fs::path(input.path).stem().string();
   char number[32];
   std::snprintf(number, sizeof number, "_%06lld", static_cast<long long>(video_frame_));
-  *frame = {input.path, video_frame_++, true, stem + number,
-            ImageView{gray_.data, gray_.cols, gray_.rows, static_cast<ptrdiff_t>(gray_.step)}};
+  *frame = {input.path,
+            video_frame_++,
+            true,
+            stem + number,
+            ImageView{gray_.data, gray_.cols, gray_.rows, static_cast<ptrdiff_t>(gray_.step)},
+            input.argument};
   return true;
 }
 

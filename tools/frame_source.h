@@ -18,6 +18,7 @@ struct Frame {
   bool is_sequence = false;  ///< of a video or camera
   std::string stem;          ///< for the names of pictures; a video's ends with the frame's number
   ImageView pixels;          ///< valid until the next frame is read
+  size_t input = 0;          ///< which one of the inputs, a folder being one
 };
 
 /// The frames of images, folders of images, video files and cameras, in order.
@@ -43,8 +44,9 @@ class FrameSource {
   struct Input {
     Kind kind;
     std::string path;
-    std::string reason;  ///< kUnreadable
-    int camera = 0;      ///< kCamera
+    std::string reason;   ///< kUnreadable
+    int camera = 0;       ///< kCamera
+    size_t argument = 0;  ///< which one of the inputs, a folder being one
   };
 
   void Add(const std::string& path);

@@ -23,6 +23,7 @@ struct Arguments {
   std::string outer = "square";
   std::string frame = "1";
   std::string margin = "0";
+  bool inverted = false;
   std::string size_mm = "50";
   std::string dpi = "300";
   std::string page;
@@ -40,6 +41,7 @@ MarkerDesign ParseDesign(const Arguments& arguments) {
   });
   design.frame = ParseNotNegative("--frame", arguments.frame);
   design.margin = ParseNotNegative("--margin", arguments.margin);
+  design.inverted = arguments.inverted;
   return design;
 }
 
@@ -148,6 +150,7 @@ Command AddGenerate(CLI::App* app) {
   AddText(command, "Marker", "--frame", &a.frame, "UNITS", "Width of the black frame (default: 1)");
   AddText(command, "Marker", "--margin", &a.margin, "UNITS",
           "Width of the white paper around it (default: 0)");
+  command->add_flag("--inverted", a.inverted, "White and black exchanged")->group("Marker");
   AddText(command, "Print", "--size-mm", &a.size_mm, "MM", "Side of the white area (default: 50)");
   AddText(command, "Print", "--dpi", &a.dpi, "DPI", "Pixels an inch in a PNG (default: 300)");
   AddText(command, "Print", "--page", &a.page, "NAME", "Page of a sheet: a4 (default) or letter");

@@ -49,6 +49,11 @@ class JsonNode {
   std::string Text(const char* key, const char* otherwise) const {
     return Has(key) ? Text(key) : otherwise;
   }
+  bool Flag(const char* key, bool otherwise) const {
+    if (!Has(key)) return otherwise;
+    if (!Get(key).is_boolean()) Fail(Where(key), "is not true or false");
+    return Get(key).get<bool>();
+  }
   Vector3 Vector(const char* key) const { return ToVector(Get(key), Where(key)); }
   Point2 Point(const char* key) const { return ToPoint(Get(key), Where(key)); }
   /// A list, or nothing where there is no such key.

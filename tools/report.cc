@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "host/mean_side.h"
+
 namespace topotag::tools {
 namespace {
 
@@ -115,13 +117,34 @@ Json TimesJson(const StageTimes& times) {
   return json;
 }
 
-std::string FormatJson(const FrameResult& result) {
+Json QualityJson(const Quality& quality) {
+  Json json;
+  json["contrast"] = Significant(quality.contrast);
+  json["decision"] = Significant(quality.decision);
+  json["sharpness"] = Significant(quality.sharpness);
+  json["rms_px"] = Significant(quality.rms_px);
+  return json;
+}
+
+Json TrackJson(const TrackState& track) {
+  Json json;
+  json["number"] = track.number;
+  json["age"] = track.age;
+  json["missed"] = track.missed;
+  json["in_region"] = track.in_region;
+  return json;
+}
+
+std::string FormatJson(const ExtraColumns& columns, const FrameResult& result) {
   Json json = FrameJson(result.image, result.frame, result.width, result.height);
   json["backend"] = result.backend;
   json["detections"] = Json::array();
-  for (const Detection& detection : result.detections) {
+  for (size_t i = 0; i < result.detections.size(); ++i) {
+    const Detection& detection = result.detections[i];
     Json marker = MarkerJson(detection);
     if (detection.margin) marker["margin"] = Significant(*detection.margin);
+    if (columns.quality) marker["quality"] = QualityJson(detection.quality);
+    if (columns.track) marker["track"] = TrackJson(result.tracks[i]);
     marker["pose"] = PoseJson(detection.pose);
     json["detections"].push_back(std::move(marker));
   }
@@ -163,9 +186,10 @@ std::string CsvPose(const PoseSolution& pose) {
   return row;
 }
 
-std::string FormatCsv(const FrameResult& result) {
+std::string FormatCsv(const ExtraColumns& columns, const FrameResult& result) {
   std::string rows;
-  for (const Detection& detection : result.detections) {
+  for (size_t i = 0; i < result.detections.size(); ++i) {
+    const Detection& detection = result.detections[i];
     std::string row = CsvField(result.image) + "," + std::to_string(result.frame) + "," +
                       detection.family.name() + "," + IdText(detection);
     const auto add = [&row](double value) { row += "," + CsvNumber(value); };
@@ -176,28 +200,30 @@ std::string FormatCsv(const FrameResult& result) {
       add(Pixels(corner.y));
     }
     row += detection.pose ? CsvPose(*detection.pose) : std::string(13, ',');
+    if (columns.inverted) row += detection.inverted ? ",1" : ",0";
+    if (columns.quality) {
+      const Quality& quality = detection.quality;
+      for (const double value :
+           {quality.contrast, quality.decision, quality.sharpness, quality.rms_px}) {
+        add(Significant(value));
+      }
+    }
+    if (columns.track) row += "," + std::to_string(result.tracks[i].number);
     rows += row + "\n";
   }
   if (!result.objects) return rows;
   // No place in the picture.
   for (const FoundObject& object : *result.objects) {
     rows += CsvField(result.image) + "," + std::to_string(result.frame) + ",object," +
-            CsvField(object.name) + std::string(10, ',') + CsvPose(object.pose) + "\n";
+            CsvField(object.name) + std::string(10, ',') + CsvPose(object.pose) +
+            std::string(static_cast<size_t>(columns.inverted + 4 * columns.quality + columns.track),
+                        ',') +
+            "\n";
   }
   return rows;
 }
 
-double Side(const Detection& detection) {
-  double length = 0;
-  for (int i = 0; i < 4; ++i) {
-    const Point2& a = detection.corners[i];
-    const Point2& b = detection.corners[(i + 1) % 4];
-    length += std::hypot(a.x - b.x, a.y - b.y) / 4;
-  }
-  return length;
-}
-
-std::string FormatText(const FrameResult& result) {
+std::string FormatText(const ExtraColumns& columns, const FrameResult& result) {
   const size_t count = result.detections.size();
   char line[256];
   std::string text = result.image;
@@ -207,16 +233,26 @@ std::string FormatText(const FrameResult& result) {
   text += count == 0   ? "no marker\n"
           : count == 1 ? "1 marker\n"
                        : std::to_string(count) + " markers\n";
-  for (const Detection& detection : result.detections) {
+  for (size_t i = 0; i < count; ++i) {
+    const Detection& detection = result.detections[i];
     std::snprintf(line, sizeof line, "  %s %-8s center (%.2f, %.2f)  side %.1f px",
                   detection.family.name().c_str(), IdText(detection).c_str(), detection.center.x,
-                  detection.center.y, Side(detection));
+                  detection.center.y, MeanSide(detection.corners.data()));
     text += line;
+    if (detection.inverted) text += "  inverted";
+    if (columns.track) text += "  track " + std::to_string(result.tracks[i].number);
     if (detection.pose) {
       const Pose& pose = *detection.pose;
       const double facing = std::fmin(1, std::fmax(-1, pose.R[2][2]));
       std::snprintf(line, sizeof line, "  t (%.4f, %.4f, %.4f) m  tilt %.1f deg  rms %.3f px",
                     pose.t[0], pose.t[1], pose.t[2], std::acos(facing) * kDegrees, pose.rms_px);
+      text += line;
+    }
+    if (columns.quality) {
+      const Quality& quality = detection.quality;
+      std::snprintf(line, sizeof line,
+                    "  contrast %.1f  decision %.2f  sharpness %.2f  fit %.3f px", quality.contrast,
+                    quality.decision, quality.sharpness, quality.rms_px);
       text += line;
     }
     text += "\n";
@@ -237,21 +273,26 @@ std::string FormatText(const FrameResult& result) {
 
 }  // namespace
 
-std::string FormatHeader(Format format) {
+std::string FormatHeader(Format format, const ExtraColumns& columns) {
   if (format != Format::kCsv) return "";
-  return "image,frame,family,id,center_x,center_y,corner0_x,corner0_y,corner1_x,corner1_y,"
-         "corner2_x,corner2_y,corner3_x,corner3_y,tx,ty,tz,r00,r01,r02,r10,r11,r12,r20,r21,r22,"
-         "rms_px\n";
+  std::string header =
+      "image,frame,family,id,center_x,center_y,corner0_x,corner0_y,corner1_x,corner1_y,"
+      "corner2_x,corner2_y,corner3_x,corner3_y,tx,ty,tz,r00,r01,r02,r10,r11,r12,r20,r21,r22,"
+      "rms_px";
+  if (columns.inverted) header += ",inverted";
+  if (columns.quality) header += ",contrast,decision,sharpness,fit_px";
+  if (columns.track) header += ",track";
+  return header + "\n";
 }
 
-std::string FormatFrame(Format format, const FrameResult& result) {
+std::string FormatFrame(Format format, const ExtraColumns& columns, const FrameResult& result) {
   switch (format) {
     case Format::kJson:
-      return FormatJson(result);
+      return FormatJson(columns, result);
     case Format::kCsv:
-      return FormatCsv(result);
+      return FormatCsv(columns, result);
     default:
-      return FormatText(result);
+      return FormatText(columns, result);
   }
 }
 
@@ -269,6 +310,7 @@ Json MarkerJson(const Detection& detection) {
   json["family"] = detection.family.name();
   json["id"] = detection.id;
   if (detection.unknown_bits != 0) json["unknown_bits"] = detection.unknown_bits;
+  if (detection.inverted) json["inverted"] = true;
   json["center"] = PointJson(detection.center);
   json["corners"] = PointsJson(detection.corners);
   json["vertices"] = PointsJson(detection.vertices);

@@ -9,6 +9,7 @@
 
 #include "tools/object_finder.h"
 #include "topotag/detector.h"
+#include "topotag/tracker.h"
 
 namespace topotag::tools {
 
@@ -24,13 +25,21 @@ struct FrameResult {
   std::string backend;
   std::vector<Detection> detections;
   std::optional<std::vector<FoundObject>> objects;  ///< where any were asked for
+  std::vector<TrackState> tracks;                   ///< of the detections, where they are tracked
   StageTimes times;
 };
 
+/// What is told of each marker beside what always is.
+struct ExtraColumns {
+  bool inverted;  ///< in CSV; elsewhere it is told where a marker is
+  bool quality;
+  bool track;
+};
+
 /// What comes before the first frame; may be empty.
-std::string FormatHeader(Format format);
+std::string FormatHeader(Format format, const ExtraColumns& columns);
 /// The lines of one frame, each with its line feed.
-std::string FormatFrame(Format format, const FrameResult& result);
+std::string FormatFrame(Format format, const ExtraColumns& columns, const FrameResult& result);
 
 /// The keys that the output of detect and the truth of render have in common: image, frame,
 /// width, height. Pixels to 1e-6, other numbers to 9 significant digits.

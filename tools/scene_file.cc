@@ -98,8 +98,8 @@ Matrix3 ReadRotation(const JsonNode& node) {
 }
 
 SceneMarker ReadMarker(const std::string& path, const JsonNode& node) {
-  node.AllowOnly({"family", "id", "size", "inner", "outer", "frame", "margin", "black", "white",
-                  "growth", "rvec", "R", "t", "velocity", "angular_velocity"});
+  node.AllowOnly({"family", "id", "size", "inner", "outer", "frame", "margin", "inverted", "black",
+                  "white", "growth", "rvec", "R", "t", "velocity", "angular_velocity"});
   SceneMarker marker;
   MarkerDesign& design = marker.design;
   design.family = At(node.Where("family"), [&] { return Family::Parse(node.Text("family")); });
@@ -114,6 +114,7 @@ SceneMarker ReadMarker(const std::string& path, const JsonNode& node) {
      [&] { SetOuterShape(fs::is_regular_file(polygon, ignored) ? polygon : outer, &design); });
   design.frame = node.Number("frame", design.frame);
   design.margin = node.Number("margin", design.margin);
+  design.inverted = node.Flag("inverted", false);
   marker.tag_size = node.Number("size");
   if (!(marker.tag_size > 0)) Fail(node.Where("size"), "is not greater than 0");
   marker.black = node.Number("black", marker.black);

@@ -22,8 +22,8 @@ struct SceneFile {
 ///
 /// {"camera": FILE or {"width","height","fx","fy","cx","cy"(,"distortion_model","distortion")},
 ///  "background": LEVEL or FILE, "blur": S, "noise": S, "seed": N,
-///  "markers": [{"family","id","size","t","rvec" or "R","inner","outer","frame","margin","black",
-///               "white","growth","velocity","angular_velocity"}],
+///  "markers": [{"family","id","size","t","rvec" or "R","inner","outer","frame","margin",
+///               "inverted","black","white","growth","velocity","angular_velocity"}],
 ///  and what ReadConditions reads}
 /// Needed are camera, and family, id, size and t of each marker; the rest is Scene's default.
 /// @throws Error (kFile, kParse) that names the file, the marker's index and the key.

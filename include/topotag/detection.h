@@ -40,7 +40,7 @@ struct Photometric {
   double sigma = 0;       ///< of the residuals, robust, grey levels
   double noise = 0;       ///< expected of the image: between neighbouring residuals, grey levels
   double blur_px = 0;     ///< sigma of the point spread function, the pixel's square left out
-  double black = 0;       ///< grey levels at the tag's origin
+  double black = 0;       ///< grey levels at the tag's origin; of an inverted marker's nodes
   double white = 0;
   double growth = 0;  ///< by which black areas are larger on each side than designed, units
   int pixels = 0;     ///< that were used
@@ -57,10 +57,27 @@ struct Pose : PoseSolution {
   std::optional<Photometric> photometric;
 };
 
+/// How well a marker is seen. Deterministic, as the vertices are.
+struct Quality {
+  /// White less black: gaps less the bodies of nodes, mean of all of them; grey levels.
+  double contrast = 0;
+  /// How far the least certain bit is from its decision, 0 .. 1: 1 where its hole is as bright, or
+  /// as dark, as the marker's others of its kind, 0 half-way between both kinds. Hidden bits do not
+  /// count. It falls with noise, low contrast and what touches a node.
+  double decision = 0;
+  /// How far holes are resolved: holes less solid nodes, in parts of the contrast; about 1 where
+  /// they are as bright as the gaps. It falls with blur and distance.
+  double sharpness = 0;
+  /// Root mean square distance of the measured vertices from a homography fitted to them, pixels
+  /// without the lens's distortion. 0 with Options::far's markers, whose vertices are the map's.
+  double rms_px = 0;
+};
+
 struct Detection {
   Family family{Family::kMinN};
   uint64_t id = 0;                ///< unknown bits are 0
   uint64_t unknown_bits = 0;      ///< bits of the ID whose nodes are hidden: Options::hidden_nodes
+  bool inverted = false;          ///< white and black are exchanged: Options::inverted
   Point2 center;                  ///< image of the tag's origin, pixels
   std::array<Point2, 4> corners;  ///< white square: first at p1, then along +x, clockwise; pixels
   /// Sub-pixel, pixels. Those of nodes that are hidden or touched by what hides others are where
@@ -69,6 +86,7 @@ struct Detection {
   /// Of a marker that was read by matched filters (Options::far): log-likelihood of its bits less
   /// that of the nearest other ones, nats.
   std::optional<double> margin;
+  Quality quality;
   std::optional<Pose> pose;  ///< needs a camera and a tag size
 };
 

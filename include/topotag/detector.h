@@ -75,6 +75,7 @@ class Detector {
  private:
   friend class DetectorStages;
   friend class OpenClDetection;
+  friend class RegionSearch;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -27,6 +27,7 @@ struct MarkerDesign {
   std::vector<Point2> polygon;  ///< outline of the white area for OuterShape::kPolygon
   double frame = 1;             ///< width of the black frame around the white area, >= 0
   double margin = 0;            ///< width of the white paper around the frame, >= 0
+  bool inverted = false;        ///< white and black are exchanged, paper and frame included
 };
 
 /// A closed outline: a circle where radius > 0, else a simple polygon.

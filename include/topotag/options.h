@@ -71,6 +71,13 @@ struct Options {
   /// everything that follows, vertices included, sees the smoothed frame. Not for frames that are
   /// on an OpenCL device already.
   bool pre_blur = false;
+  /// Markers with white and black exchanged are looked for as well, in the complement of each
+  /// frame, which costs as much again; Detection::inverted says which they are.
+  bool inverted = false;
+  /// Markers of which the side of the white area, the mean of the four in Detection::corners, is
+  /// shorter than this are not reported, and what is surely smaller is not looked at: 0 .. 1e6
+  /// pixels.
+  double min_size = 0;
   /// A marker is reported where up to so many of its nodes are hidden, 0 .. kMaxVertices;
   /// Detection::unknown_bits says which.
   int hidden_nodes = 0;
@@ -82,6 +89,9 @@ struct Options {
   /// Only this part of each frame is searched; results stay in full-frame coordinates.
   std::optional<Rect> roi;
 };
+
+/// Side of the white area of a marker, metres; 0 = unknown.
+double TagSize(const Options& options, Family family, uint64_t id);
 
 }  // namespace topotag
 

@@ -19,7 +19,7 @@ struct SceneMarker {
   double tag_size = 0.05;  ///< side of the white area (4n+1 units), metres
   Matrix3 R{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   Vector3 t{0, 0, 1};
-  double black = 25;
+  double black = 25;  ///< of the ink; MarkerDesign::inverted says where it is
   double white = 215;
   /// By which black areas have grown on all their sides, white ones shrunk (ink that spreads);
   /// -0.4 .. 0.4 units.

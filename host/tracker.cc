@@ -1,0 +1,110 @@
+#include "topotag/tracker.h"
+
+#include <utility>
+
+#include "host/check.h"
+#include "host/region_search.h"
+#include "host/search_plan.h"
+#include "host/stage_times.h"
+#include "host/stop_watch.h"
+#include "host/track_list.h"
+
+namespace topotag {
+namespace {
+
+constexpr int kMaxFrames = 1000000;
+
+TrackerOptions Validated(TrackerOptions options) {
+  RequireRange("search interval", options.search_interval, 1, kMaxFrames, "frames");
+  RequireRange("lost frames", options.lost_frames, 0, kMaxFrames, "frames");
+  return options;
+}
+
+}  // namespace
+
+struct Tracker::Impl {
+  explicit Impl(TrackerOptions o)
+      : options(Validated(std::move(o))), detector(options.detection), search(&detector) {}
+
+  bool SearchRegions(const ImageView& image, const Rect& area, std::vector<Detection>* detections);
+  void Track(const ImageView& image, std::vector<Detection>* detections);
+  void Reset();
+
+  TrackerOptions options;
+  Detector detector;
+  RegionSearch search;
+  TrackList list;
+  int width = 0;  ///< of the last frame
+  int height = 0;
+  int since_whole = 0;  ///< frames since one was searched wholly
+  bool searched_whole = true;
+  StageTimes times;
+  std::vector<Rect> regions;
+  std::vector<TrackState> states;
+};
+
+// False where all of the frame has to be searched.
+bool Tracker::Impl::SearchRegions(const ImageView& image, const Rect& area,
+                                  std::vector<Detection>* detections) {
+  if (list.lost() != 0 || since_whole + 1 >= options.search_interval ||
+      !PlanRegions(list.tracks(), area, &regions)) {
+    return false;
+  }
+  search.Run(image, regions, detections);
+  times = search.times();
+  return list.Match(*detections, true);
+}
+
+void Tracker::Impl::Track(const ImageView& image, std::vector<Detection>* detections) {
+  StopWatch total;
+  detections->clear();
+  states.clear();
+  regions.clear();
+  times = {};
+  const Rect area = search.Area(image);
+  if (image.width != width || image.height != height) Reset();
+  width = image.width;
+  height = image.height;
+  searched_whole = !SearchRegions(image, area, detections);
+  if (searched_whole) {
+    detector.detect(image, detections);
+    AddTimes(detector.times(), &times);
+    list.Match(*detections, false);
+  }
+  since_whole = searched_whole ? 0 : since_whole + 1;
+  list.Advance(*detections, !searched_whole, options.lost_frames, &states);
+  times.total = total.Lap();
+}
+
+void Tracker::Impl::Reset() {
+  list.Clear();
+  since_whole = 0;
+}
+
+Tracker::Tracker(TrackerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+Tracker::~Tracker() = default;
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+
+std::vector<Detection> Tracker::track(const ImageView& image) {
+  std::vector<Detection> detections;
+  track(image, &detections);
+  return detections;
+}
+
+void Tracker::track(const ImageView& image, std::vector<Detection>* detections) {
+  impl_->Track(image, detections);
+}
+
+const std::vector<TrackState>& Tracker::states() const { return impl_->states; }
+const std::vector<Rect>& Tracker::regions() const { return impl_->regions; }
+bool Tracker::searched_whole() const { return impl_->searched_whole; }
+int Tracker::lost() const { return impl_->list.lost(); }
+void Tracker::reset() { impl_->Reset(); }
+const TrackerOptions& Tracker::options() const { return impl_->options; }
+const std::string& Tracker::backend() const {
+  return impl_->searched_whole ? impl_->detector.backend() : impl_->search.backend();
+}
+const StageTimes& Tracker::times() const { return impl_->times; }
+
+}  // namespace topotag
