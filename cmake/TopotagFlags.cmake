@@ -19,6 +19,12 @@ if(CMAKE_SOURCE_DIR STREQUAL PROJECT_SOURCE_DIR)
   endif()
 endif()
 
+if(TOPOTAG_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "TOPOTAG_FUZZ needs clang: libFuzzer comes with it (CMAKE_CXX_COMPILER=clang++)")
+  endif()
+  set(TOPOTAG_SANITIZE address)
+endif()
 if(TOPOTAG_SANITIZE STREQUAL "address")
   set(TOPOTAG_SANITIZE_LINK -fsanitize=address,undefined)
 elseif(TOPOTAG_SANITIZE STREQUAL "thread")
@@ -38,6 +44,10 @@ if(TOPOTAG_SANITIZE_LINK)
   target_compile_options(topotag_flags INTERFACE
     ${TOPOTAG_SANITIZE_LINK} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(topotag_flags INTERFACE ${TOPOTAG_SANITIZE_LINK})
+  if(TOPOTAG_FUZZ)
+    # What libFuzzer's coverage is counted by; its main comes with the targets alone.
+    target_compile_options(topotag_flags INTERFACE -fsanitize=fuzzer-no-link)
+  endif()
 else()
   # Needs an optimised build, and hides calls from the sanitizers' interceptors. Options, not
   # definitions: CMake puts definitions first, where the -U would undo them.

@@ -16,6 +16,7 @@ target_sources(topotag PRIVATE
   ${topotag_embedded}
   kernels/binarizer.cc
   kernels/buffer_frames.cc
+  kernels/cache_file.cc
   kernels/check.cc
   kernels/device.cc
   kernels/frame_slot.cc

@@ -10,22 +10,20 @@
 namespace topotag {
 namespace {
 
-constexpr uint64_t kMaxPixels = uint64_t{1} << 28;
-
 using Bytes = std::vector<uint8_t>;
 
 [[noreturn]] void Fail(const std::string& reason) { throw Error(ErrorCode::kFile, reason); }
 [[noreturn]] void FailTruncated() { Fail("truncated"); }
 
-void CheckSize(uint64_t width, uint64_t height) {
+void CheckSize(uint64_t width, uint64_t height, uint64_t max_pixels) {
   const std::string size = std::to_string(width) + "x" + std::to_string(height) + " pixels";
   if (width == 0 || height == 0) Fail("corrupt: " + size);
   if (width > kMaxImageSide || height > kMaxImageSide) {
     Fail("too large: " + size + ", at most " + std::to_string(kMaxImageSide) +
          " on a side are supported");
   }
-  if (width * height > kMaxPixels) {
-    Fail("too large: " + size + ", at most " + std::to_string(kMaxPixels) +
+  if (width * height > max_pixels) {
+    Fail("too large: " + size + ", at most " + std::to_string(max_pixels) +
          " in all are supported");
   }
 }
@@ -77,7 +75,7 @@ uint32_t Crc32(const uint8_t* data, size_t size) {
 constexpr uint8_t kPngSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
 
 // Keeps the critical chunks only: libpng prints warnings about others, such as colour profiles.
-void CheckPng(Bytes* bytes) {
+void CheckPng(Bytes* bytes, uint64_t max_pixels) {
   const ByteReader reader(*bytes, true);
   uint64_t in = sizeof(kPngSignature), out = in;
   for (std::string type; type != "IEND";) {
@@ -90,7 +88,7 @@ void CheckPng(Bytes* bytes) {
     }
     const bool first = in == sizeof(kPngSignature);
     if (first != (type == "IHDR")) Fail("corrupt: misplaced PNG header chunk");
-    if (first) CheckSize(reader.U32(in + 8), reader.U32(in + 12));
+    if (first) CheckSize(reader.U32(in + 8), reader.U32(in + 12), max_pixels);
     const bool critical = (chunk[4] & 0x20) == 0;
     if (critical) {
       std::memmove(bytes->data() + out, chunk, size);
@@ -114,7 +112,7 @@ uint64_t NextJpegMarker(const Bytes& bytes, uint64_t at) {
   FailTruncated();
 }
 
-void CheckJpeg(const Bytes& bytes) {
+void CheckJpeg(const Bytes& bytes, uint64_t max_pixels) {
   const ByteReader reader(bytes, true);
   bool sized = false;
   for (uint64_t at = 2;;) {
@@ -129,7 +127,7 @@ void CheckJpeg(const Bytes& bytes) {
     if (size < 2) Fail("corrupt: empty JPEG segment");
     const bool frame = code >= 0xC0 && code <= 0xCF && code != 0xC4 && code != 0xC8 && code != 0xCC;
     if (frame && !sized) {
-      CheckSize(reader.U16(at + 7), reader.U16(at + 5));
+      CheckSize(reader.U16(at + 7), reader.U16(at + 5), max_pixels);
       sized = true;
     }
     at += 2 + size;
@@ -140,7 +138,7 @@ void CheckJpeg(const Bytes& bytes) {
 
 // --- BMP, WebP, TIFF ---------------------------------------------------------------------------
 
-void CheckBmp(const Bytes& bytes) {
+void CheckBmp(const Bytes& bytes, uint64_t max_pixels) {
   const ByteReader reader(bytes, false);
   const uint32_t header = reader.U32(14);
   uint64_t width, height;
@@ -157,16 +155,29 @@ void CheckBmp(const Bytes& bytes) {
     bits = reader.U16(28);
     compression = reader.U32(30);
   }
-  CheckSize(width, height);
+  CheckSize(width, height, max_pixels);
   constexpr uint32_t kUncompressed = 0, kBitFields = 3;
   if (compression > kBitFields) Fail("unsupported BMP compression " + std::to_string(compression));
   if (compression != kUncompressed && compression != kBitFields) return;
   if (reader.U32(10) + (width * bits + 31) / 32 * 4 * height > bytes.size()) FailTruncated();
 }
 
-// The format limits the sides to 16,384: no size to check.
-void CheckWebp(const Bytes& bytes) {
-  if (uint64_t{8} + ByteReader(bytes, false).U32(4) > bytes.size()) FailTruncated();
+void CheckWebp(const Bytes& bytes, uint64_t max_pixels) {
+  constexpr uint64_t kChunk = 12, kData = 20;
+  const ByteReader reader(bytes, false);
+  if (uint64_t{8} + reader.U32(4) > bytes.size()) FailTruncated();
+  const auto is_chunk = [&](const char* type) { return HasPrefix(bytes, kChunk, type, 4); };
+  if (is_chunk("VP8X")) {
+    CheckSize(uint64_t{1} + reader.Get(kData + 4, 3), uint64_t{1} + reader.Get(kData + 7, 3),
+              max_pixels);
+  } else if (is_chunk("VP8L")) {
+    const uint32_t sides = reader.U32(kData + 1);
+    CheckSize(uint64_t{1} + (sides & 0x3FFF), uint64_t{1} + (sides >> 14 & 0x3FFF), max_pixels);
+  } else if (is_chunk("VP8 ")) {
+    CheckSize(reader.U16(kData + 6) & 0x3FFF, reader.U16(kData + 8) & 0x3FFF, max_pixels);
+  } else {
+    Fail("corrupt: WebP without a picture");
+  }
 }
 
 /// The first directory of a TIFF file.
@@ -210,13 +221,13 @@ class TiffDirectory {
   uint32_t count_;
 };
 
-void CheckTiff(const Bytes& bytes) {
+void CheckTiff(const Bytes& bytes, uint64_t max_pixels) {
   constexpr uint32_t kWidth = 256, kHeight = 257;
   constexpr uint32_t kStrips = 273, kStripSizes = 279, kTiles = 324, kTileSizes = 325;
   const TiffDirectory directory(bytes);
   const auto width = directory.Values(kWidth), height = directory.Values(kHeight);
   if (width.size() != 1 || height.size() != 1) Fail("corrupt: TIFF without a size");
-  CheckSize(width[0], height[0]);
+  CheckSize(width[0], height[0], max_pixels);
   auto places = directory.Values(kStrips), sizes = directory.Values(kStripSizes);
   if (places.empty()) {
     places = directory.Values(kTiles);
@@ -233,15 +244,14 @@ void CheckTiff(const Bytes& bytes) {
 /// Header and samples of a PNM file, in reading order.
 class PnmReader {
  public:
-  explicit PnmReader(const Bytes& bytes) : bytes_(bytes), kind_(bytes[1] - '0') {
+  PnmReader(const Bytes& bytes, uint64_t max_pixels) : bytes_(bytes), kind_(bytes[1] - '0') {
     width = Number();
     height = Number();
     max = bitmap() ? 1 : Number();
-    CheckSize(width, height);
+    CheckSize(width, height, max_pixels);
     if (max < 1 || max > 65535) Fail("corrupt: PNM maximum value " + std::to_string(max));
-    const uint64_t row = kind_ == 4 ? (width + 7) / 8 : width * channels() * (max > 255 ? 2 : 1);
     if (raw()) ++at_;  // one white space
-    if (at_ + (raw() ? row * height : 0) > bytes_.size()) FailTruncated();
+    if (at_ + LeastBytes() > bytes_.size()) FailTruncated();
   }
 
   int channels() const { return kind_ % 3 == 0 ? 3 : 1; }
@@ -269,6 +279,14 @@ class PnmReader {
  private:
   bool raw() const { return kind_ >= 4; }
   bool bitmap() const { return kind_ % 3 == 1; }
+
+  // Of all samples; those that are text need a digit each, and what keeps them apart.
+  uint64_t LeastBytes() const {
+    const uint64_t samples = uint64_t{width} * height * channels();
+    if (kind_ == 1) return samples;
+    if (kind_ == 4) return (uint64_t{width} + 7) / 8 * height;
+    return raw() ? samples * (max > 255 ? 2 : 1) : 2 * samples - 1;
+  }
 
   void SkipBlanks() {
     for (bool comment = false;; ++at_) {
@@ -298,39 +316,39 @@ class PnmReader {
 
 }  // namespace
 
-ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes) {
+ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes, uint64_t max_pixels) {
   const auto starts = [&](const char* prefix, size_t size) {
     return HasPrefix(*bytes, 0, prefix, size);
   };
   if (HasPrefix(*bytes, 0, kPngSignature, sizeof(kPngSignature))) {
-    CheckPng(bytes);
+    CheckPng(bytes, max_pixels);
     return ImageFormat::kPng;
   }
   if (starts("\xFF\xD8", 2)) {
-    CheckJpeg(*bytes);
+    CheckJpeg(*bytes, max_pixels);
     return ImageFormat::kJpeg;
   }
   if (starts("RIFF", 4) && HasPrefix(*bytes, 8, "WEBP", 4)) {
-    CheckWebp(*bytes);
+    CheckWebp(*bytes, max_pixels);
     return ImageFormat::kWebp;
   }
   if (starts("II*\0", 4) || starts("MM\0*", 4)) {
-    CheckTiff(*bytes);
+    CheckTiff(*bytes, max_pixels);
     return ImageFormat::kTiff;
   }
   if (starts("BM", 2)) {
-    CheckBmp(*bytes);
+    CheckBmp(*bytes, max_pixels);
     return ImageFormat::kBmp;
   }
   if (bytes->size() >= 3 && (*bytes)[0] == 'P' && (*bytes)[1] >= '1' && (*bytes)[1] <= '6') {
-    PnmReader header(*bytes);
+    PnmReader header(*bytes, max_pixels);
     return ImageFormat::kPnm;
   }
   Fail("not a PNG, JPEG, BMP, PNM, TIFF or WebP image");
 }
 
 Image DecodePnm(const std::vector<uint8_t>& bytes) {
-  PnmReader reader(bytes);
+  PnmReader reader(bytes, kMaxPixels);
   Image image(static_cast<int>(reader.width), static_cast<int>(reader.height));
   for (int y = 0; y < image.height(); ++y) {
     uint8_t* out = image.row(y);

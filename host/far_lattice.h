@@ -106,6 +106,7 @@ class FarLattice {
   int tile_cols_ = 0, tile_rows_ = 0;
   uint32_t pass_ = 0;
   std::vector<Tile> tiles_;
+  std::array<uint8_t, kMaxImageSide / 8 + 1> row_spots_;  ///< of a row of one tile, as FindSpots
   int count_ = 0;
   uint32_t before_ = 0;  ///< spots of all passes before
   Buffer<Point2> place_;

@@ -77,8 +77,8 @@ void FarLattice::CollectTile(int column, int row) {
   const int x0 = column * kTile, x1 = std::min(x0 + kTile, view_.width);
   const int end = std::min((row + 1) * kTile, view_.height);
   for (int y = row * kTile; y < end; ++y) {
-    uint8_t bits[kTile / 8];
-    FindSpots(view_, y, x0, x1, 1, kSpotDepth, bits - x0 / 8);
+    FindSpots(view_, y, x0, x1, 1, kSpotDepth, row_spots_.data());
+    const uint8_t* bits = row_spots_.data() + x0 / 8;
     for (unsigned left = bits[0] | (x1 > x0 + 8 ? bits[1] << 8 : 0); left != 0; left &= left - 1) {
       if (count_ == kMaxSpots) return;
       tile.count += Descend(x0 + __builtin_ctz(left), y);

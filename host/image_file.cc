@@ -45,25 +45,6 @@ Image ToLuminance(const cv::Mat& mat, uint64_t max) {
   return image;
 }
 
-Image Decode(std::vector<uint8_t> bytes) {
-  if (bytes.empty()) Fail("the file is empty");
-  const ImageFormat format = CheckEncodedImage(&bytes);
-  if (format == ImageFormat::kPnm) return DecodePnm(bytes);
-  if (format == ImageFormat::kJpeg) return DecodeJpeg(bytes);
-  cv::Mat mat;
-  try {
-    // Unchanged also means that no orientation tag is applied.
-    mat = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& error) {
-    Fail("cannot be decoded: " + error.err.substr(0, error.err.find('\n')));
-  }
-  if (mat.empty()) Fail("cannot be decoded: corrupt, or of an unsupported variant");
-  if (mat.channels() > 4) Fail(std::to_string(mat.channels()) + " channels are not supported");
-  if (mat.depth() == CV_8U) return ToLuminance<uint8_t>(mat, 255);
-  if (mat.depth() == CV_16U) return ToLuminance<uint16_t>(mat, 65535);
-  Fail("only 8-bit and 16-bit unsigned integer pixels are supported");
-}
-
 std::vector<uint8_t> Encode(const ImageView& image, const std::string& extension) {
   // OpenCV's headers take no const data; the encoders only read it.
   const cv::Mat mat(image.height, image.width, CV_8UC1, const_cast<uint8_t*>(image.data),
@@ -82,10 +63,29 @@ std::vector<uint8_t> Encode(const ImageView& image, const std::string& extension
 
 }  // namespace
 
+Image DecodeImage(std::vector<uint8_t> bytes, uint64_t max_pixels) {
+  if (bytes.empty()) Fail("the file is empty");
+  const ImageFormat format = CheckEncodedImage(&bytes, max_pixels);
+  if (format == ImageFormat::kPnm) return DecodePnm(bytes);
+  if (format == ImageFormat::kJpeg) return DecodeJpeg(bytes);
+  cv::Mat mat;
+  try {
+    // Unchanged also means that no orientation tag is applied.
+    mat = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception& error) {
+    Fail("cannot be decoded: " + error.err.substr(0, error.err.find('\n')));
+  }
+  if (mat.empty()) Fail("cannot be decoded: corrupt, or of an unsupported variant");
+  if (mat.channels() > 4) Fail(std::to_string(mat.channels()) + " channels are not supported");
+  if (mat.depth() == CV_8U) return ToLuminance<uint8_t>(mat, 255);
+  if (mat.depth() == CV_16U) return ToLuminance<uint16_t>(mat, 65535);
+  Fail("only 8-bit and 16-bit unsigned integer pixels are supported");
+}
+
 Image ReadImage(const std::string& path) {
   std::string reason;
   try {
-    return Decode(ReadBytes(path, INT_MAX));
+    return DecodeImage(ReadBytes(path, INT_MAX));
   } catch (const Error& error) {
     reason = error.what();
   } catch (const std::bad_alloc&) {

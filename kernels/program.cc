@@ -1,14 +1,12 @@
 #include "kernels/program.h"
 
 #include <algorithm>
-#include <cstdint>
-#include <cstdio>
 #include <cstdlib>
-#include <cstring>
-#include <filesystem>
+#include <exception>
 #include <vector>
 
 #include "host/file.h"
+#include "kernels/cache_file.h"
 #include "kernels/embedded.h"
 #include "topotag/error.h"
 
@@ -18,7 +16,6 @@ namespace {
 constexpr char kSourceVariable[] = "TOPOTAG_KERNEL_DIR";
 constexpr char kOptions[] = "-cl-std=CL1.2";
 constexpr size_t kMaxSource = size_t{1} << 20;
-constexpr size_t kMaxBinary = size_t{1} << 28;
 
 std::string Variable(const char* name) {
   const char* value = std::getenv(name);
@@ -47,17 +44,7 @@ std::string Source() {
   return source;
 }
 
-// FNV-1a.
-uint64_t Hash(const void* bytes, size_t size) {
-  uint64_t hash = 0xcbf29ce484222325;
-  for (size_t i = 0; i < size; ++i) {
-    hash = (hash ^ static_cast<const uint8_t*>(bytes)[i]) * 0x100000001b3;
-  }
-  return hash;
-}
-
-// Everything that the binary depends on. A cache file begins with it, so that two keys with the
-// same hash are not mixed up.
+// Everything that the binary depends on.
 std::string CacheKey(const Device& device, const std::string& source) {
   const DeviceInfo& info = device.info;
   std::string key = "topotag kernels\n";
@@ -80,27 +67,7 @@ std::string CacheFolder() {
 std::string CachePath(const std::string& key) {
   const std::string folder = CacheFolder();
   if (folder.empty()) return folder;
-  char name[32];
-  std::snprintf(name, sizeof(name), "%016llx.bin",
-                static_cast<unsigned long long>(Hash(key.data(), key.size())));
-  return folder + "/" + name;
-}
-
-// The binary in a cache file, which is: key, hash of the binary, binary. Empty where there is none.
-std::string ReadCache(const std::string& path, const std::string& key) {
-  if (path.empty()) return {};
-  std::string file;
-  try {
-    file = ReadText(path, kMaxBinary);
-  } catch (const std::exception&) {
-    return {};
-  }
-  uint64_t hash = 0;
-  const size_t begin = key.size() + sizeof(hash);
-  if (file.size() <= begin || file.compare(0, key.size(), key) != 0) return {};
-  std::memcpy(&hash, file.data() + key.size(), sizeof(hash));
-  if (hash != Hash(file.data() + begin, file.size() - begin)) return {};
-  return file.substr(begin);
+  return folder + "/" + CacheFileName(key);
 }
 
 std::string BuildLog(cl_program program, cl_device_id device) {
@@ -170,14 +137,7 @@ void WriteCache(const std::string& path, const std::string& key, cl_program prog
   if (path.empty()) return;
   try {
     const std::string binary = BinaryOf(program, device);
-    if (binary.empty()) return;
-    std::filesystem::create_directories(std::filesystem::path(path).parent_path());
-    const uint64_t hash = Hash(binary.data(), binary.size());
-    OutputFile file(path);
-    file.Write(key.data(), key.size());
-    file.Write(&hash, sizeof(hash));
-    file.Write(binary.data(), binary.size());
-    file.Commit();
+    if (!binary.empty()) WriteCacheFile(path, key, binary);
   } catch (const std::exception&) {
     // Without a cache the next start takes longer, that is all.
   }
@@ -191,7 +151,7 @@ Program BuildProgram(cl_context context, const Device& device) {
   const std::string source = Source();
   const std::string key = CacheKey(device, source);
   const std::string path = CachePath(key);
-  const std::string binary = ReadCache(path, key);
+  const std::string binary = ReadCacheFile(path, key);
   if (!binary.empty()) {
     Program program = BuildBinary(context, device, binary);
     if (program.get() != nullptr) return program;

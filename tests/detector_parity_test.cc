@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "tests/detection_text.h"
 #include "tests/frames.h"
 #include "tests/scene_util.h"
 #include "tests/simd_targets.h"
@@ -19,57 +19,6 @@ namespace topotag {
 namespace {
 
 using test::kDegree;
-
-// Every bit of the detections.
-class Text {
- public:
-  explicit Text(const std::vector<Detection>& detections) {
-    for (const Detection& d : detections) Add(d);
-  }
-  const std::string& str() const { return text_; }
-
- private:
-  void Add(const char* name) { text_ += name; }
-  void Add(double value) {
-    char digits[40];
-    std::snprintf(digits, sizeof(digits), " %a", value);
-    text_ += digits;
-  }
-  void Add(const Point2& p) {
-    Add(p.x);
-    Add(p.y);
-  }
-  void Add(const PoseSolution& solution) {
-    for (const auto& row : solution.R) {
-      for (const double value : row) Add(value);
-    }
-    for (const double value : solution.t) Add(value);
-    Add(solution.rms_px);
-  }
-  void Add(const Detection& d) {
-    text_ += d.family.name() + " " + std::to_string(d.id) + "\ncenter";
-    Add(d.center);
-    Add("\ncorners");
-    for (const Point2& p : d.corners) Add(p);
-    Add("\nvertices");
-    for (const Point2& p : d.vertices) Add(p);
-    if (d.pose) {
-      Add("\npose");
-      Add(static_cast<const PoseSolution&>(*d.pose));
-      Add("\ncovariance");
-      for (const auto& row : d.pose->covariance) {
-        for (const double value : row) Add(value);
-      }
-      if (d.pose->alternative) {
-        Add("\nalternative");
-        Add(*d.pose->alternative);
-      }
-    }
-    text_ += "\n";
-  }
-
-  std::string text_;
-};
 
 // Detectors of all backends with the same options. They stay from frame to frame.
 class Detectors {
@@ -97,11 +46,11 @@ class Detectors {
   /// Returns how many markers there are.
   size_t ExpectSame(const ImageView& image) {
     const std::vector<Detection> detections = scalar_->detect(image);
-    const Text expected(detections);
+    const DetectionText expected(detections);
     for (Subject& subject : subjects_) {
       std::optional<ForcedTarget> forced;
       if (subject.target) forced.emplace(*subject.target);
-      EXPECT_EQ(Text(subject.detector->detect(image)).str(), expected.str())
+      EXPECT_EQ(DetectionText(subject.detector->detect(image)).str(), expected.str())
           << subject.detector->backend() << ", " << subject.detector->options().threads
           << " threads";
     }

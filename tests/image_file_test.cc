@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "host/encoded_image.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -244,6 +245,32 @@ TEST_F(ImageFileTest, EveryTruncationIsAnError) {
   }
   ExpectReadError(Save("part", "P2 3 3 255 1 2 3 4"), "truncated");
   ExpectReadError(Save("part", "P5 3"), "truncated");
+}
+
+// Before memory is asked for: what a header claims is no size until the bytes are there.
+TEST_F(ImageFileTest, EveryFormatKeepsToALimitOfPixels) {
+  cv::Mat mat(40, 50, CV_8UC3), transparent(40, 50, CV_8UC4);
+  cv::randu(mat, 0, 256);
+  cv::randu(transparent, 0, 256);
+  const auto check = [](const std::string& extension, const cv::Mat& picture, int webp_quality) {
+    SCOPED_TRACE(extension + " " + std::to_string(webp_quality));
+    Bytes bytes;
+    ASSERT_TRUE(cv::imencode(extension, picture, bytes, {cv::IMWRITE_WEBP_QUALITY, webp_quality}));
+    EXPECT_EQ(DecodeImage(bytes, 2000).width(), 50);
+    try {
+      DecodeImage(bytes, 1999);
+      ADD_FAILURE() << "no error";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("too large: 50x40"), std::string::npos)
+          << error.what();
+    }
+  };
+  for (const char* extension : {".png", ".jpg", ".bmp", ".ppm", ".tif"}) check(extension, mat, 80);
+  check(".webp", mat, 80);          // VP8
+  check(".webp", mat, 101);         // VP8L
+  check(".webp", transparent, 80);  // VP8X
+  ExpectReadError(Save("a.pgm", "P2 30000 8000 255 1 2 3"), "truncated");
+  ExpectReadError(Save("a.pbm", "P1 30000 8000 1 0 1"), "truncated");
 }
 
 TEST_F(ImageFileTest, CorruptFilesAreErrors) {
