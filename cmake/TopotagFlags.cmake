@@ -20,7 +20,8 @@ if(CMAKE_SOURCE_DIR STREQUAL PROJECT_SOURCE_DIR)
 endif()
 
 if(TOPOTAG_SANITIZE STREQUAL "address")
-  set(TOPOTAG_SANITIZE_LINK -fsanitize=address,undefined)
+  # A cast of a value that an integer cannot hold is undefined, too, but not among "undefined".
+  set(TOPOTAG_SANITIZE_LINK -fsanitize=address,undefined,float-cast-overflow)
 elseif(TOPOTAG_SANITIZE STREQUAL "thread")
   set(TOPOTAG_SANITIZE_LINK -fsanitize=thread)
 elseif(TOPOTAG_SANITIZE STREQUAL "")

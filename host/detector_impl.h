@@ -13,6 +13,7 @@
 #include "host/frame_source.h"
 #include "host/ids.h"
 #include "host/nodes.h"
+#include "host/one_thread.h"
 #include "host/photometric.h"
 #include "host/pre_blur.h"
 #include "host/segmentation.h"
@@ -50,6 +51,11 @@ inline std::array<Point2, 4> WhiteCorners(const TagMap& map, Family family) {
           map.Pixel({-half, half})};
 }
 
+/// A call of a detector by its user.
+struct DetectorUse : OneThread::Use {
+  explicit DetectorUse(OneThread* detector) : Use(detector, "the detector") {}
+};
+
 /// A detector's configuration and the workspace of its last frame.
 struct Detector::Impl {
   explicit Impl(Options o);
@@ -59,10 +65,11 @@ struct Detector::Impl {
   const Camera* camera() const { return options.camera ? &*options.camera : nullptr; }
   double TagSize(Family family, uint64_t id) const;
 
-  /// Everything that is done with a frame of which `area` is searched. `from` is null for frames in
-  /// host memory.
-  void Detect(FrameSource* from, const ImageView& image, const Rect& area,
-              std::vector<Detection>* detections);
+  /// Where the next frame comes from; null: host memory. Before anything is begun with that frame:
+  /// a failure leaves everything as it is.
+  void TakeFrom(FrameSource* from);
+  /// Everything that is done with a frame of which `area` is searched.
+  void Detect(const ImageView& image, const Rect& area, std::vector<Detection>* detections);
   void Search(const ImageView& image, const Rect& whole);
   void FetchCandidates(const Rect& whole);
   ImageView Enlarged(const ImageView& image, const Rect& part, int* scale);
@@ -75,7 +82,7 @@ struct Detector::Impl {
   void LookAround(const ImageView& image, const Rect& whole, const Rect& part, Point2 start,
                   int contrast_sixteenths);
   void ReadBrokenNodes(const ImageView& image, Point2 start, const SearchArea& area);
-  /// The frame as it is searched. Those of the last kMaxSubmitted calls stay as they are.
+  /// The frame as it is searched. Those that are submitted stay as they are.
   ImageView Prepared(const ImageView& image);
   void KeepMarker(size_t i);
   bool ReadBroken(const ImageView& image, const Node* nodes, int count, Point2 start,
@@ -85,6 +92,7 @@ struct Detector::Impl {
   void EstimatePoses(std::vector<Detection>* detections);
   void RefinePoses(const ImageView& image, std::vector<Detection>* detections);
 
+  OneThread one_thread;
   Options options;
   ThresholdParams threshold_params;
   Workers workers;

@@ -95,6 +95,7 @@ class FarLattice {
   ImageView view_{};   ///< at the scale
   Buffer<uint8_t> halved_;
   std::vector<uint8_t> is_halved_;  ///< of each row of tiles
+  Buffer<uint8_t> bits_;            ///< spots of a row, as FindSpots gives them
   int tile_cols_ = 0, tile_rows_ = 0;
   uint32_t pass_ = 0;
   std::vector<Tile> tiles_;
