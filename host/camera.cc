@@ -310,6 +310,7 @@ void Require(bool condition, const char* field, double value, const char* reason
 void ValidateCamera(const Camera& camera) {
   static constexpr const char* kPositive = "is not positive and finite";
   static constexpr const char* kFinite = "is not finite";
+  RequireEnum("camera: model", camera.model, DistortionModel::kFisheye);
   Require(camera.fx > 0 && std::isfinite(camera.fx), "fx", camera.fx, kPositive);
   Require(camera.fy > 0 && std::isfinite(camera.fy), "fy", camera.fy, kPositive);
   Require(std::isfinite(camera.cx), "cx", camera.cx, kFinite);

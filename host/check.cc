@@ -14,6 +14,10 @@ std::string Text(double value) {
 
 void FailArgument(const std::string& message) { throw Error(ErrorCode::kInvalidArgument, message); }
 
+void RequireNotNull(const void* pointer, const std::string& name) {
+  if (pointer == nullptr) FailArgument(name + " is null");
+}
+
 void RequireRange(const std::string& name, double value, double low, double high,
                   const std::string& unit) {
   // Written so that NaN fails too.

@@ -39,6 +39,9 @@ void ValidateTagSize(double size, const std::string& what) {
 }
 
 Options Validated(Options options) {
+  RequireEnum("preset", options.preset, Preset::kPaper);
+  RequireEnum("backend", options.backend, BackendKind::kOpenCl);
+  RequireEnum("pose mode", options.pose, PoseMode::kPhotometric);
   if (options.families.empty()) FailArgument("no family to detect");
   std::sort(options.families.begin(), options.families.end());
   const auto twin = std::adjacent_find(options.families.begin(), options.families.end());
@@ -117,6 +120,24 @@ void ProjectVertices(const Decoded& decoded, VertexList* vertices) {
   }
 }
 
+// A detection with a pose, from the user's hands.
+void ValidatePosed(const Detection& detection) {
+  const Family family = detection.family;
+  if (detection.vertices.size() != family.vertex_count()) {
+    FailArgument("the detection has " + std::to_string(detection.vertices.size()) +
+                 " vertices, family " + family.name() + " has " +
+                 std::to_string(family.vertex_count()));
+  }
+  if (std::max(detection.id, detection.unknown_bits) >= family.size()) {
+    FailArgument("the detection's ID or unknown bits are not in the range of family " +
+                 family.name());
+  }
+  if (!IsFinite(*detection.pose) ||
+      (detection.pose->alternative && !IsFinite(*detection.pose->alternative))) {
+    FailArgument("the detection's pose is not finite");
+  }
+}
+
 static_assert(Detector::kMaxSubmitted == Backend::kMaxSubmitted);
 
 bool ComesBefore(const Marker* a, const Marker* b) {
@@ -169,9 +190,7 @@ Rect Detector::Impl::Area(const ImageView& image) const {
 
 ImageView Detector::Impl::Prepared(const ImageView& image) {
   if (!options.pre_blur) return image;
-  PreBlurWorkspace& workspace = smoothed[next_smoothed];
-  next_smoothed = (next_smoothed + 1) % smoothed.size();
-  const ImageView result = PreBlur(image, &workspace);
+  const ImageView result = PreBlur(image, &smoothed[next_smoothed]);
   threshold_params.min_contrast = std::max(ThresholdParams().min_contrast, NoiseContrast(result));
   return result;
 }
@@ -253,29 +272,36 @@ Detector::~Detector() = default;
 Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
+Detector::Impl& Detector::impl() const {
+  if (impl_ == nullptr) FailArgument("the detector has been moved from");
+  return *impl_;
+}
+
 std::vector<Detection> Detector::detect(const ImageView& image) {
   std::vector<Detection> detections;
   detect(image, &detections);
   return detections;
 }
 
-void Detector::Impl::Detect(FrameSource* from, const ImageView& image, const Rect& area,
+void Detector::Impl::TakeFrom(FrameSource* from) {
+  if (source == from) return;
+  backend_name = from == nullptr ? backend->name() : from->backend()->name();
+  source = from;
+}
+
+void Detector::Impl::Detect(const ImageView& image, const Rect& area,
                             std::vector<Detection>* detections) {
-  if (source != from) {
-    backend_name = from == nullptr ? backend->name() : from->backend()->name();
-    source = from;
-  }
   times = {};
   StopWatch total;
   FrameViews frame{image, {}};
   marker_count = 0;
-  pass = {from == nullptr ? backend.get() : from->backend(), &first, from, false, 0};
+  pass = {source == nullptr ? backend.get() : source->backend(), &first, source, false, 0};
   Search(image, area);
   if (complement_search) {
     StopWatch watch;
-    if (from != nullptr) {
+    if (source != nullptr) {
       parts.assign(1, Rect{0, 0, image.width, image.height});
-      from->Fetch(parts);
+      source->Fetch(parts);
     }
     frame.complement = Complement(image, area);
     times.threshold += watch.Lap();
@@ -284,24 +310,33 @@ void Detector::Impl::Detect(FrameSource* from, const ImageView& image, const Rec
   }
   StopWatch watch;
   MeasureVertices(frame);
-  Report(detections);
-  times.vertices = watch.Lap();
-  EstimatePoses(detections);
-  if (options.pose == PoseMode::kPhotometric) RefinePoses(frame, detections);
+  try {
+    Report(detections);
+    times.vertices = watch.Lap();
+    EstimatePoses(detections);
+    if (options.pose == PoseMode::kPhotometric) RefinePoses(frame, detections);
+  } catch (...) {
+    detections->clear();
+    throw;
+  }
   times.pose = watch.Lap();
   times.total = total.Lap();
 }
 
 void Detector::detect(const ImageView& image, std::vector<Detection>* detections) {
+  RequireNotNull(detections, "detections");
   detections->clear();
-  if (!impl_->pending.empty()) FailArgument("detect: submitted frames have not been collected");
-  const Rect area = impl_->Area(image);
-  impl_->next_smoothed = 0;
-  impl_->Detect(nullptr, impl_->Prepared(image), area, detections);
+  Impl& impl = this->impl();
+  const DetectorUse use(&impl.one_thread);
+  if (!impl.pending.empty()) FailArgument("detect: submitted frames have not been collected");
+  const Rect area = impl.Area(image);
+  impl.TakeFrom(nullptr);
+  impl.Detect(impl.Prepared(image), area, detections);
 }
 
 void Detector::submit(const ImageView& image) {
-  Impl& impl = *impl_;
+  Impl& impl = this->impl();
+  const DetectorUse use(&impl.one_thread);
   if (impl.pending.size() == static_cast<size_t>(kMaxSubmitted)) {
     FailArgument("submit: " + std::to_string(kMaxSubmitted) + " frames have not been collected");
   }
@@ -310,22 +345,30 @@ void Detector::submit(const ImageView& image) {
   const ImageView prepared = impl.Prepared(image);
   impl.backend->Submit(Crop(prepared, area), impl.threshold_params);
   impl.pending.push_back({prepared, area, impl.threshold_params.min_contrast});
+  impl.next_smoothed = (impl.next_smoothed + 1) % impl.smoothed.size();
 }
 
 bool Detector::collect(std::vector<Detection>* detections) {
+  RequireNotNull(detections, "detections");
   detections->clear();
-  if (impl_->pending.empty()) return false;
-  const Pending frame = impl_->pending.front();
-  impl_->pending.erase(impl_->pending.begin());
-  impl_->threshold_params.min_contrast = frame.min_contrast;
-  impl_->Detect(nullptr, frame.image, frame.area, detections);
+  Impl& impl = this->impl();
+  const DetectorUse use(&impl.one_thread);
+  if (impl.pending.empty()) return false;
+  impl.TakeFrom(nullptr);
+  const Pending frame = impl.pending.front();
+  impl.pending.erase(impl.pending.begin());
+  impl.threshold_params.min_contrast = frame.min_contrast;
+  impl.Detect(frame.image, frame.area, detections);
   return true;
 }
 
 bool Detector::refine(const ImageView& image, Detection* detection) {
-  Impl& impl = *impl_;
+  RequireNotNull(detection, "detection");
+  Impl& impl = this->impl();
+  const DetectorUse use(&impl.one_thread);
   impl.Area(image);
   if (impl.camera() == nullptr || !detection->pose) return false;
+  ValidatePosed(*detection);
   const double size = TagSize(impl.options, detection->family, detection->id);
   if (size == 0) return false;
   Detection refined = *detection;
@@ -338,9 +381,9 @@ bool Detector::refine(const ImageView& image, Detection* detection) {
   return true;
 }
 
-const Options& Detector::options() const { return impl_->options; }
-const std::string& Detector::backend() const { return impl_->backend_name; }
-const StageTimes& Detector::times() const { return impl_->times; }
+const Options& Detector::options() const { return impl().options; }
+const std::string& Detector::backend() const { return impl().backend_name; }
+const StageTimes& Detector::times() const { return impl().times; }
 
 const char* Version() { return TOPOTAG_VERSION; }
 

@@ -14,6 +14,7 @@
 #include "host/frame_source.h"
 #include "host/ids.h"
 #include "host/nodes.h"
+#include "host/one_thread.h"
 #include "host/photometric.h"
 #include "host/pre_blur.h"
 #include "host/segmentation.h"
@@ -77,6 +78,11 @@ inline std::array<Point2, 4> WhiteCorners(const TagMap& map, Family family) {
           map.Pixel({-half, half})};
 }
 
+/// A call of a detector by its user.
+struct DetectorUse : OneThread::Use {
+  explicit DetectorUse(OneThread* detector) : Use(detector, "the detector") {}
+};
+
 /// A detector's configuration and the workspace of its last frame.
 struct Detector::Impl {
   explicit Impl(Options o);
@@ -85,10 +91,11 @@ struct Detector::Impl {
   Rect Area(const ImageView& image) const;
   const Camera* camera() const { return options.camera ? &*options.camera : nullptr; }
 
-  /// Everything that is done with a frame of which `area` is searched. `from` is null for frames in
-  /// host memory.
-  void Detect(FrameSource* from, const ImageView& image, const Rect& area,
-              std::vector<Detection>* detections);
+  /// Where the next frame comes from; null: host memory. Before anything is begun with that frame:
+  /// a failure leaves everything as it is.
+  void TakeFrom(FrameSource* from);
+  /// Everything that is done with a frame of which `area` is searched.
+  void Detect(const ImageView& image, const Rect& area, std::vector<Detection>* detections);
   void Search(const ImageView& image, const Rect& whole);
   void FetchCandidates(const Rect& whole);
   ImageView Enlarged(const ImageView& image, const Rect& part, int* scale);
@@ -100,7 +107,7 @@ struct Detector::Impl {
   void LookAround(const ImageView& image, const Rect& whole, const Rect& part, Point2 start,
                   int contrast_sixteenths);
   void ReadBrokenNodes(const ImageView& image, Point2 start, const SearchArea& area);
-  /// The frame as it is searched. Those of the last kMaxSubmitted calls stay as they are.
+  /// The frame as it is searched. Those that are submitted stay as they are.
   ImageView Prepared(const ImageView& image);
   /// The complement of the part of a frame that is read where markers within `part` are, at the
   /// same coordinates; the rest of it is unspecified.
@@ -115,6 +122,7 @@ struct Detector::Impl {
   void EstimatePoses(std::vector<Detection>* detections);
   void RefinePoses(const FrameViews& frame, std::vector<Detection>* detections);
 
+  OneThread one_thread;
   Options options;
   ThresholdParams threshold_params;
   Workers workers;

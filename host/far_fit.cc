@@ -132,6 +132,7 @@ bool FarFit::Run(const ImageView& image, const Camera* camera, const Rect& whole
   family_ = guess.family;
   reading->correlation = 0;
   if (!Gather(image, camera, whole, guess)) return false;
+  model_.Forget();
   shape_ = FarModel::kHexagon;
   blur_ = kStartBlur;
   levels_ = {200, -150, -150, Quad{}};

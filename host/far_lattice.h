@@ -103,10 +103,10 @@ class FarLattice {
   ImageView view_{};   ///< at the scale
   Buffer<uint8_t> halved_;
   std::vector<uint8_t> is_halved_;  ///< of each row of tiles
+  Buffer<uint8_t> bits_;            ///< spots of a row, as FindSpots gives them
   int tile_cols_ = 0, tile_rows_ = 0;
   uint32_t pass_ = 0;
   std::vector<Tile> tiles_;
-  std::array<uint8_t, kMaxImageSide / 8 + 1> row_spots_;  ///< of a row of one tile, as FindSpots
   int count_ = 0;
   uint32_t before_ = 0;  ///< spots of all passes before
   Buffer<Point2> place_;

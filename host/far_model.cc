@@ -66,13 +66,17 @@ void FarModel::Set(Family family, const Shape& shape, const double covariance[3]
 void FarModel::Fill(Table* table, double sigma, double tolerance, bool along_x) {
   sigma = std::clamp(sigma, kMinSigma, kMaxSigma);
   if (std::abs(sigma - table->sigma) < tolerance * table->sigma) return;
-  table->sigma = static_cast<float>(sigma);
   // One edge: from 0 to 1 over 2 reach + 1 steps.
   const int reach = static_cast<int>(std::ceil(kReach * sigma / kStep));
   const auto edge_size = static_cast<size_t>(2 * reach + 1);
   step_.Reserve(edge_size);
   density_.Reserve(edge_size);
   slope_.Reserve(edge_size);
+  const int size = 2 * half_ + 1;
+  table->entries.Reserve(static_cast<size_t>(size));
+  table->hole.Reserve(2 * kHoleHalf + 1);
+  // Not before there is memory for it: a failure leaves the table as one that is to be filled.
+  table->sigma = static_cast<float>(sigma);
   for (int i = -reach; i <= reach; ++i) {
     const double t = i * kStep / sigma;
     const double density = std::exp(-0.5 * t * t) / (sigma * std::sqrt(2 * M_PI));
@@ -81,8 +85,6 @@ void FarModel::Fill(Table* table, double sigma, double tolerance, bool along_x) 
     density_[k] = static_cast<float>(density);
     slope_[k] = static_cast<float>(-density * t / sigma);
   }
-  const int size = 2 * half_ + 1;
-  table->entries.Reserve(static_cast<size_t>(size));
   Entry* entries = table->entries.data();
   const Quad one = {1, 1, along_x ? 1.0F : 0.0F, along_x ? 1.0F : 0.0F};
   const Quad first = along_x ? Quad{1, 0, 1, 1} : one;
@@ -148,7 +150,6 @@ void FarModel::Fill(Table* table, double sigma, double tolerance, bool along_x) 
     add(&Entry::sides, 2, -frame, -1);
     add(&Entry::sides, 3, frame, 1);
   }
-  table->hole.Reserve(2 * kHoleHalf + 1);
   const auto at = [&](const Buffer<float>& edge, int place, float beyond) {
     if (place < -reach) return 0.0F;
     return place > reach ? beyond : edge[static_cast<size_t>(place + reach)];

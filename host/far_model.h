@@ -59,6 +59,8 @@ class FarModel {
   /// @param covariance  of the blur in tag units: xx, xy, yy
   /// @param tolerance   part by which a standard deviation may be off
   void Set(Family family, const Shape& shape, const double covariance[3], double tolerance);
+  /// The next Set is exact: what comes does not depend on what was before.
+  void Forget() { x_.sigma = y_.sigma = 0; }
 
   /// Cells whose holes the basis at (u, v) holds.
   FarCell Cell(float u, float v) const;

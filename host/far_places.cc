@@ -33,6 +33,7 @@ void FarLattice::SetImage(const ImageView& image, int scale) {
   if (tiles_.size() < tiles) tiles_.resize(tiles, Tile{0, 0, 0});
   const size_t pixels = static_cast<size_t>(view_.width) * static_cast<size_t>(view_.height);
   if (cell_.size() < pixels) cell_.resize(pixels, 0);
+  bits_.Reserve(static_cast<size_t>(tile_cols_) * (kTile / 8));
   place_.Reserve(kMaxSpots);
   used_.Reserve(kMaxSpots);
 }
@@ -77,8 +78,8 @@ void FarLattice::CollectTile(int column, int row) {
   const int x0 = column * kTile, x1 = std::min(x0 + kTile, view_.width);
   const int end = std::min((row + 1) * kTile, view_.height);
   for (int y = row * kTile; y < end; ++y) {
-    FindSpots(view_, y, x0, x1, 1, kSpotDepth, row_spots_.data());
-    const uint8_t* bits = row_spots_.data() + x0 / 8;
+    FindSpots(view_, y, x0, x1, 1, kSpotDepth, bits_.data());
+    const uint8_t* const bits = bits_.data() + x0 / 8;
     for (unsigned left = bits[0] | (x1 > x0 + 8 ? bits[1] << 8 : 0); left != 0; left &= left - 1) {
       if (count_ == kMaxSpots) return;
       tile.count += Descend(x0 + __builtin_ctz(left), y);

@@ -1,10 +1,14 @@
 #include "host/file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <memory>
 #include <system_error>
+#include <utility>
 
 #include "topotag/error.h"
 
@@ -19,6 +23,18 @@ struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 using File = std::unique_ptr<std::FILE, CloseFile>;
+
+// The path by which a file without a name is given one. No allocation, which could fail.
+class LinkPath {
+ public:
+  explicit LinkPath(int descriptor) {
+    std::snprintf(path_, sizeof(path_), "/proc/self/fd/%d", descriptor);
+  }
+  const char* get() const { return path_; }
+
+ private:
+  char path_[32];
+};
 
 template <typename Bytes>
 Bytes ReadFile(const std::string& path, size_t max_size) {
@@ -76,7 +92,8 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
     const File writable(std::fopen(target_.c_str(), "r+b"));
     if (writable == nullptr) Fail(errno);
   }
-  Create();
+  CreateUnnamed();
+  if (file_ == nullptr) CreateNamed();
 }
 
 OutputFile::~OutputFile() {
@@ -84,17 +101,50 @@ OutputFile::~OutputFile() {
   if (!temporary_.empty()) std::remove(temporary_.c_str());
 }
 
-void OutputFile::Create() {
+// Leaves file_ null where the file system, or a system without /proc, cannot do it.
+void OutputFile::CreateUnnamed() {
+#ifdef O_TMPFILE
+  const fs::path parent = fs::path(target_).parent_path();
+  const std::string folder = parent.empty() ? "." : parent.string();
+  const int descriptor = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  if (descriptor < 0) return;
+  if (access(LinkPath(descriptor).get(), F_OK) == 0) file_ = fdopen(descriptor, "wb");
+  if (file_ == nullptr) close(descriptor);
+#endif
+}
+
+void OutputFile::CreateNamed() {
+  const auto create = [this](const char* temporary) {
+    file_ = std::fopen(temporary, "wbx");
+    return file_ != nullptr;
+  };
+  WithTemporaryName(create);
+}
+
+// Gives a complete file without a name its own; one that exists is replaced as a whole.
+void OutputFile::Name() {
+  const LinkPath link(fileno(file_));
+  const auto add = [&link](const char* name) {
+    return linkat(AT_FDCWD, link.get(), AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
+  };
+  if (add(target_.c_str())) return;
+  if (errno != EEXIST) Fail(errno);
+  WithTemporaryName(add);
+}
+
+// Exclusive creation: whoever else writes to this folder takes another name.
+template <typename Create>
+void OutputFile::WithTemporaryName(const Create& create) {
   constexpr int kAttempts = 10000;
   const fs::path folder = fs::path(target_).parent_path();
-  // Exclusive creation: whoever else writes to this folder takes another name.
-  errno = EEXIST;
-  for (int i = 0; file_ == nullptr && errno == EEXIST && i < kAttempts; ++i) {
-    temporary_ = (folder / (".topotag-" + std::to_string(i) + ".tmp")).string();
-    file_ = std::fopen(temporary_.c_str(), "wbx");
+  for (int i = 0; i < kAttempts; ++i) {
+    std::string name = (folder / (".topotag-" + std::to_string(i) + ".tmp")).string();
+    if (create(name.c_str())) {
+      temporary_ = std::move(name);
+      return;
+    }
+    if (errno != EEXIST) break;
   }
-  if (file_ != nullptr) return;
-  temporary_.clear();
   Fail(errno);
 }
 
@@ -104,10 +154,14 @@ void OutputFile::Write(const void* bytes, size_t size) {
 }
 
 void OutputFile::Commit() {
-  std::FILE* file = file_;
-  file_ = nullptr;
   errno = 0;
+  if (std::fflush(file_) != 0) Fail(errno);
+  // Some file systems find out at a close that there is no space: before the file has its name.
+  if (close(dup(fileno(file_))) != 0) Fail(errno);
+  if (temporary_.empty()) Name();
+  std::FILE* file = std::exchange(file_, nullptr);
   if (std::fclose(file) != 0) Fail(errno);
+  if (temporary_.empty()) return;
   std::error_code error;
   fs::rename(temporary_, target_, error);
   if (error) Fail(error.value());

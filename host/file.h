@@ -21,9 +21,10 @@ std::string LowerExtension(const std::string& path);
 std::vector<uint8_t> ReadBytes(const std::string& path, size_t max_size);
 std::string ReadText(const std::string& path, size_t max_size);
 
-/// A file that appears under its name only when it is complete: written under a temporary name
-/// in the same folder, then renamed. A failure leaves neither of the two, and an old file stays.
-/// Where the path is a symbolic link to a file, that file is replaced.
+/// A file that appears under its name only when it is complete. Until then it has none, so that
+/// nothing is left behind however the process ends; where the file system knows no such files, it
+/// has a temporary one in the same folder. A failure leaves neither of the two, and an old file
+/// stays. Where the path is a symbolic link to a file, that file is replaced.
 /// Every error is an Error (kFile) "cannot write 'PATH': REASON".
 class OutputFile {
  public:
@@ -39,12 +40,16 @@ class OutputFile {
   void Commit();
 
  private:
-  void Create();
+  void CreateUnnamed();
+  void CreateNamed();
+  void Name();
+  template <typename Create>
+  void WithTemporaryName(const Create& create);
   [[noreturn]] void Fail(int error_number) const;
 
-  std::string path_;    ///< as the caller wrote it, for messages
-  std::string target_;  ///< without symbolic links
-  std::string temporary_;
+  std::string path_;       ///< as the caller wrote it, for messages
+  std::string target_;     ///< without symbolic links
+  std::string temporary_;  ///< empty while the file has no name
   std::FILE* file_ = nullptr;
 };
 

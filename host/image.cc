@@ -1,5 +1,6 @@
 #include "topotag/image.h"
 
+#include <cstdint>
 #include <cstring>
 #include <new>
 #include <string>
@@ -27,6 +28,10 @@ void ValidateImage(const ImageView& image) {
   if (image.stride < image.width) {
     FailArgument("image stride " + std::to_string(image.stride) + " is less than its width " +
                  std::to_string(image.width));
+  }
+  if (image.stride > (PTRDIFF_MAX - image.width) / image.height) {
+    FailArgument("image stride " + std::to_string(image.stride) + " is too large for " +
+                 std::to_string(image.height) + " rows");
   }
 }
 

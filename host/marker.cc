@@ -194,6 +194,8 @@ MarkerGeometry BuildMarkerGeometry(const MarkerDesign& design) {
     FailArgument("ID " + std::to_string(design.id) + " is out of range for family " +
                  design.family.name() + ": 0 .. " + std::to_string(design.family.size() - 1));
   }
+  RequireEnum("inner shape", design.inner, InnerShape::kHexagon);
+  RequireEnum("outer shape", design.outer, OuterShape::kPolygon);
   RequireRange("frame width", design.frame, 0, kMaxLength, "units");
   RequireRange("margin width", design.margin, 0, kMaxLength, "units");
   MarkerGeometry geometry;
@@ -212,7 +214,10 @@ MarkerGeometry BuildMarkerGeometry(const MarkerDesign& design) {
 }
 
 std::vector<Point2> Tessellate(const Outline& outline, int circle_segments) {
-  if (outline.radius <= 0) return outline.points;
+  if (!(outline.radius > 0)) return outline.points;
+  if (circle_segments < 3 || circle_segments > 1000000) {
+    FailArgument("a circle of " + std::to_string(circle_segments) + " sides");
+  }
   const double step = 2 * M_PI / circle_segments;
   const double radius = outline.radius * std::sqrt(step / std::sin(step));
   Polygon polygon;
@@ -225,6 +230,9 @@ std::vector<Point2> Tessellate(const Outline& outline, int circle_segments) {
 }
 
 std::vector<Point2> TessellateUnion(const std::vector<Outline>& outlines, int circle_segments) {
+  if (outlines.empty() || outlines.size() > 2) {
+    FailArgument("a union of " + std::to_string(outlines.size()) + " outlines");
+  }
   Polygon shape = Tessellate(outlines[0], circle_segments);
   if (outlines.size() == 1) return shape;
   // Each outline mirrors itself left to right: what the first one has left of the middle line,

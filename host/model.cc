@@ -1,7 +1,9 @@
 #include "host/model.h"
 
 #include <array>
+#include <string>
 
+#include "host/check.h"
 #include "topotag/marker.h"
 
 namespace topotag {
@@ -29,13 +31,22 @@ constexpr std::array<Points, kFamilies> MakeTables() {
 
 constexpr std::array<Points, kFamilies> kTables = MakeTables();
 
+void RequireVertex(Family family, int i) {
+  if (i >= 0 && i < family.vertex_count()) return;
+  FailArgument("vertex " + std::to_string(i) + " is not in the range 0.." +
+               std::to_string(family.vertex_count() - 1) + " of " + family.name());
+}
+
 }  // namespace
 
 const Point2* ModelTable(Family family) {
   return kTables[static_cast<size_t>(family.n() - Family::kMinN)].data();
 }
 
-Point2 ModelVertex(Family family, int i) { return ModelTable(family)[i]; }
+Point2 ModelVertex(Family family, int i) {
+  RequireVertex(family, i);
+  return ModelTable(family)[i];
+}
 
 std::vector<Point2> ModelVertices(Family family) {
   const Point2* table = ModelTable(family);
@@ -43,6 +54,7 @@ std::vector<Point2> ModelVertices(Family family) {
 }
 
 bool IdBit(Family family, uint64_t id, int vertex) {
+  RequireVertex(family, vertex);
   return (VertexBits(family, id) >> vertex & 1) != 0;
 }
 

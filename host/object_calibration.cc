@@ -260,6 +260,7 @@ void Calibration::SetCovariance(ObjectCalibration* result) {
 ObjectCalibration CalibrateObject(const Object& start, const std::vector<ObjectView>& views,
                                   ObjectFrame frame) {
   ValidateObject(start);
+  RequireEnum("frame", frame, ObjectFrame::kAllMarkers);
   return Calibration(start, views, frame).Run();
 }
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/check.h"
 #include "host/cholesky.h"
 #include "host/object_sighting.h"
+#include "host/one_thread.h"
 #include "topotag/object.h"
 
 namespace topotag {
@@ -66,6 +68,7 @@ struct ObjectPoseEstimator::Impl {
   bool Report(const RigidTransform& pose, ObjectPose* result);
   void FindAlternative(ObjectPose* result);
 
+  OneThread one_thread;
   const Object object;
   const Camera camera;
   const ObjectIndex index;
@@ -272,15 +275,23 @@ ObjectPoseEstimator::~ObjectPoseEstimator() = default;
 ObjectPoseEstimator::ObjectPoseEstimator(ObjectPoseEstimator&&) noexcept = default;
 ObjectPoseEstimator& ObjectPoseEstimator::operator=(ObjectPoseEstimator&&) noexcept = default;
 
-const Object& ObjectPoseEstimator::object() const { return impl_->object; }
+ObjectPoseEstimator::Impl& ObjectPoseEstimator::impl() const {
+  if (impl_ == nullptr) FailArgument("the object's pose estimator has been moved from");
+  return *impl_;
+}
+
+const Object& ObjectPoseEstimator::object() const { return impl().object; }
 
 bool ObjectPoseEstimator::estimate(const std::vector<Detection>& detections, ObjectPose* pose) {
-  impl_->Collect(detections);
-  impl_->Suppose();
-  for (const Hypothesis& hypothesis : impl_->hypotheses) {
+  RequireNotNull(pose, "pose");
+  Impl& impl = this->impl();
+  const OneThread::Use use(&impl.one_thread, "the object's pose estimator");
+  impl.Collect(detections);
+  impl.Suppose();
+  for (const Hypothesis& hypothesis : impl.hypotheses) {
     RigidTransform found = hypothesis.pose;
-    if (!impl_->Settle(&found) || !impl_->Report(found, pose)) continue;
-    impl_->FindAlternative(pose);
+    if (!impl.Settle(&found) || !impl.Report(found, pose)) continue;
+    impl.FindAlternative(pose);
     return true;
   }
   return false;

@@ -104,6 +104,7 @@ bool IsKnownByPose(const Detection& detection) {
 bool TakePose(const Detection& detection, Sighting* sighting) {
   if (!detection.pose) return false;
   const Pose& pose = *detection.pose;
+  if (!IsFinite(pose) || (pose.alternative && !IsFinite(*pose.alternative))) return false;
   const Vector3 moved = pose.t - sighting->poses[0].t;
   if (!(Dot(moved, moved) < kSameSize * kSameSize * Dot(pose.t, pose.t))) return false;
   Matrix6 factor = pose.covariance;

@@ -1,6 +1,9 @@
 #ifndef TOPOTAG_HOST_POSE_H_
 #define TOPOTAG_HOST_POSE_H_
 
+#include <algorithm>
+#include <cmath>
+
 #include "host/homography.h"
 #include "topotag/detection.h"
 
@@ -18,6 +21,15 @@ namespace topotag {
 /// @return false where no solution lies in front of the camera.
 bool EstimatePose(Family family, const VertexList& vertices, const Homography& map,
                   const Camera& camera, double tag_size, Pose* pose, uint64_t unmeasured = 0);
+
+/// Whether all numbers of R and t are.
+inline bool IsFinite(const PoseSolution& pose) {
+  const auto is_finite = [](double value) { return std::isfinite(value); };
+  return std::all_of(pose.t.begin(), pose.t.end(), is_finite) &&
+         std::all_of(pose.R.begin(), pose.R.end(), [&](const Vector3& row) {
+           return std::all_of(row.begin(), row.end(), is_finite);
+         });
+}
 
 }  // namespace topotag
 

@@ -80,15 +80,10 @@ class CairoSurface : public PrintSurface {
 class PdfSurface : public CairoSurface {
  public:
   PdfSurface(double width_mm, double height_mm) : CairoSurface(width_mm, height_mm) {
-    const auto append = [](void* bytes, const unsigned char* data, unsigned length) {
-      try {
-        static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), length);
-      } catch (const std::bad_alloc&) {
-        return CAIRO_STATUS_NO_MEMORY;
-      }
-      return CAIRO_STATUS_SUCCESS;
+    const auto append = [](void* surface, const unsigned char* data, unsigned length) {
+      return static_cast<PdfSurface*>(surface)->Append(reinterpret_cast<const char*>(data), length);
     };
-    Attach(cairo_pdf_surface_create_for_stream(append, &bytes_, width_mm * kPointsPerMm,
+    Attach(cairo_pdf_surface_create_for_stream(append, this, width_mm * kPointsPerMm,
                                                height_mm * kPointsPerMm),
            kPointsPerMm);
     // Readable by every printer, and the same structure from every version of cairo.
@@ -96,6 +91,9 @@ class PdfSurface : public CairoSurface {
     // No date: the same design gives the same bytes.
     cairo_pdf_surface_set_metadata(surface(), CAIRO_PDF_METADATA_CREATE_DATE, "");
   }
+
+  // Where Finish was not reached, the surface still writes its end, to bytes_.
+  ~PdfSurface() override { cairo_surface_finish(surface()); }
 
   void NextPage() override { cairo_show_page(context()); }
   Point2 Aligned(Point2 point, double) const override { return point; }
@@ -105,13 +103,24 @@ class PdfSurface : public CairoSurface {
     Check(cairo_status(context()));
     cairo_surface_finish(surface());
     Check(cairo_surface_status(surface()));
+    // Which cairo does not always tell.
+    if (is_full_) Check(CAIRO_STATUS_NO_MEMORY);
     return std::move(bytes_);
   }
 
  private:
+  cairo_status_t Append(const char* data, unsigned length) {
+    try {
+      bytes_.append(data, length);
+    } catch (const std::bad_alloc&) {
+      is_full_ = true;
+    }
+    return is_full_ ? CAIRO_STATUS_NO_MEMORY : CAIRO_STATUS_SUCCESS;
+  }
   void SetGrey(double grey) override { cairo_set_source_rgb(context(), grey, grey, grey); }
 
   std::string bytes_;
+  bool is_full_ = false;
 };
 
 struct PngPage {

@@ -59,7 +59,7 @@ void RegionSearch::Search(const ImageView& image, const Rect& region, Engine* en
   Detector::Impl& whole = *detector_.impl_;
   // Where frames are smoothed, what counts as contrast is a matter of the whole frame.
   engine->detector.threshold_params = whole.threshold_params;
-  engine->detector.Detect(nullptr, image, region, &engine->in_region);
+  engine->detector.Detect(image, region, &engine->in_region);
   AddTimes(engine->detector.times, &engine->times);
   const Rect area = whole.Area(image);
   for (const Detection& detection : engine->in_region) {

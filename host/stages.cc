@@ -20,7 +20,7 @@ std::vector<Rect> Boxes(const std::vector<WhiteArea>& areas) {
 
 }  // namespace
 
-DetectorStages::DetectorStages(const Detector& detector) : impl_(*detector.impl_) {}
+DetectorStages::DetectorStages(const Detector& detector) : impl_(detector.impl()) {}
 
 Image DetectorStages::ThresholdMap() const {
   Backend* const backend = impl_.source == nullptr ? impl_.backend.get() : impl_.source->backend();

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "host/check.h"
+#include "host/one_thread.h"
 #include "host/region_search.h"
 #include "host/search_plan.h"
 #include "host/stage_times.h"
@@ -30,6 +31,7 @@ struct Tracker::Impl {
   void Track(const ImageView& image, std::vector<Detection>* detections);
   void Reset();
 
+  OneThread one_thread;
   TrackerOptions options;
   Detector detector;
   RegionSearch search;
@@ -86,6 +88,11 @@ Tracker::~Tracker() = default;
 Tracker::Tracker(Tracker&&) noexcept = default;
 Tracker& Tracker::operator=(Tracker&&) noexcept = default;
 
+Tracker::Impl& Tracker::impl() const {
+  if (impl_ == nullptr) FailArgument("the tracker has been moved from");
+  return *impl_;
+}
+
 std::vector<Detection> Tracker::track(const ImageView& image) {
   std::vector<Detection> detections;
   track(image, &detections);
@@ -93,18 +100,22 @@ std::vector<Detection> Tracker::track(const ImageView& image) {
 }
 
 void Tracker::track(const ImageView& image, std::vector<Detection>* detections) {
-  impl_->Track(image, detections);
+  RequireNotNull(detections, "detections");
+  detections->clear();
+  Impl& impl = this->impl();
+  const OneThread::Use use(&impl.one_thread, "the tracker");
+  impl.Track(image, detections);
 }
 
-const std::vector<TrackState>& Tracker::states() const { return impl_->states; }
-const std::vector<Rect>& Tracker::regions() const { return impl_->regions; }
-bool Tracker::searched_whole() const { return impl_->searched_whole; }
-int Tracker::lost() const { return impl_->list.lost(); }
-void Tracker::reset() { impl_->Reset(); }
-const TrackerOptions& Tracker::options() const { return impl_->options; }
+const std::vector<TrackState>& Tracker::states() const { return impl().states; }
+const std::vector<Rect>& Tracker::regions() const { return impl().regions; }
+bool Tracker::searched_whole() const { return impl().searched_whole; }
+int Tracker::lost() const { return impl().list.lost(); }
+void Tracker::reset() { impl().Reset(); }
+const TrackerOptions& Tracker::options() const { return impl().options; }
 const std::string& Tracker::backend() const {
-  return impl_->searched_whole ? impl_->detector.backend() : impl_->search.backend();
+  return impl().searched_whole ? impl().detector.backend() : impl().search.backend();
 }
-const StageTimes& Tracker::times() const { return impl_->times; }
+const StageTimes& Tracker::times() const { return impl().times; }
 
 }  // namespace topotag

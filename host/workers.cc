@@ -3,6 +3,10 @@
 #include <hwy/cache_control.h>
 
 #include <chrono>
+#include <string>
+#include <system_error>
+
+#include "topotag/error.h"
 
 namespace topotag {
 namespace {
@@ -32,6 +36,10 @@ bool SpinUntil(const Condition& condition) {
 Workers::Workers(int threads) : parts_(static_cast<size_t>(threads)) {
   try {
     for (size_t i = 1; i < parts_.size(); ++i) others_.emplace_back([this, i] { Serve(i); });
+  } catch (const std::system_error& error) {
+    Stop();
+    throw Error(ErrorCode::kUnavailable, "the system has no " + std::to_string(threads) +
+                                             " threads: " + error.code().message());
   } catch (...) {
     Stop();
     throw;

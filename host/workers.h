@@ -24,7 +24,7 @@ namespace topotag {
 /// Thread safety: For is called by one thread at a time.
 class Workers {
  public:
-  /// @throws std::system_error where the system has no more threads
+  /// @throws Error (kUnavailable) where the system has no more threads
   explicit Workers(int threads);
   ~Workers();
   Workers(const Workers&) = delete;

@@ -57,17 +57,25 @@ ImageView BufferFrames::shadow() const {
 // The bits have arrived when pixels are fetched: nothing is left to wait for but the transfers.
 void BufferFrames::Fetch(const std::vector<Rect>& parts) {
   if (parts.empty()) return;
-  for (const Rect& part : parts) {
-    const size_t device_origin[3] = {static_cast<size_t>(part.x), static_cast<size_t>(part.y), 0};
-    const size_t region[3] = {static_cast<size_t>(part.width), static_cast<size_t>(part.height), 1};
-    // The frame's offset, which need not be a multiple of the stride, is split over both.
-    size_t origin[3] = {device_origin[0] + frame_.offset % frame_.stride,
-                        device_origin[1] + frame_.offset / frame_.stride, 0};
-    TOPOTAG_CL(clEnqueueReadBufferRect, queue_.get(), frame_.buffer, CL_FALSE, origin,
-               device_origin, region, frame_.stride, 0, static_cast<size_t>(frame_.width), 0,
-               shadow_.data(), 0, nullptr, read_.out());
+  try {
+    for (const Rect& part : parts) EnqueueFetch(part);
+  } catch (...) {
+    // What is queued already writes to the shadow.
+    clFinish(queue_.get());
+    throw;
   }
   TOPOTAG_CL(clFinish, queue_.get());
+}
+
+void BufferFrames::EnqueueFetch(const Rect& part) {
+  const size_t device_origin[3] = {static_cast<size_t>(part.x), static_cast<size_t>(part.y), 0};
+  const size_t region[3] = {static_cast<size_t>(part.width), static_cast<size_t>(part.height), 1};
+  // The frame's offset, which need not be a multiple of the stride, is split over both.
+  size_t origin[3] = {device_origin[0] + frame_.offset % frame_.stride,
+                      device_origin[1] + frame_.offset / frame_.stride, 0};
+  TOPOTAG_CL(clEnqueueReadBufferRect, queue_.get(), frame_.buffer, CL_FALSE, origin, device_origin,
+             region, frame_.stride, 0, static_cast<size_t>(frame_.width), 0, shadow_.data(), 0,
+             nullptr, read_.out());
 }
 
 }  // namespace topotag::opencl

@@ -36,6 +36,8 @@ class BufferFrames : public FrameSource {
   void Fetch(const std::vector<Rect>& parts) override;
 
  private:
+  void EnqueueFetch(const Rect& part);
+
   OpenClBackend backend_;
   Queue queue_;  ///< of the transfers
   OpenClFrame frame_;

@@ -61,7 +61,7 @@ void DeviceBuffer::Reserve(cl_context context, cl_mem_flags flags, size_t bytes)
 }
 
 void PinnedBuffer::Reserve(cl_context context, cl_command_queue queue, size_t bytes) {
-  if (bytes <= buffer_.size()) return;
+  if (bytes <= buffer_.size() && data_ != nullptr) return;
   Unmap();
   buffer_.Reserve(context, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, bytes);
   queue_ = queue;
@@ -94,10 +94,12 @@ FrameSlot::~FrameSlot() { Finish(); }
 // In destructors and after errors: a failure leaves nothing to do.
 void FrameSlot::Finish() {
   clFinish(queue_.get());
-  if (mapped_bits_ == nullptr) return;
-  clEnqueueUnmapMemObject(queue_.get(), bits_.get(), mapped_bits_, 0, nullptr, nullptr);
-  clFinish(queue_.get());
-  mapped_bits_ = nullptr;
+  if (mapped_bits_ != nullptr) {
+    clEnqueueUnmapMemObject(queue_.get(), bits_.get(), mapped_bits_, 0, nullptr, nullptr);
+    clFinish(queue_.get());
+    mapped_bits_ = nullptr;
+  }
+  mapped_image_.Reset();
 }
 
 void FrameSlot::Start(const ImageView& image, const ThresholdParams& params) {
@@ -116,12 +118,12 @@ void FrameSlot::Start(const BufferFrame& frame, const ThresholdParams& params, c
   Resize(frame.width, frame.height, params.preset);
   try {
     Launch(frame, params, wait_for);
+    TOPOTAG_CL(clRetainEvent, binarized_.get());
+    *read = Event(binarized_.get());
   } catch (...) {
     Finish();
     throw;
   }
-  TOPOTAG_CL(clRetainEvent, binarized_.get());
-  *read = Event(binarized_.get());
 }
 
 void FrameSlot::Resize(int width, int height, Preset preset) {
@@ -246,6 +248,15 @@ void FrameSlot::Download() {
 }
 
 void FrameSlot::Collect(BitImage* bits) {
+  try {
+    Take(bits);
+  } catch (...) {
+    Finish();
+    throw;
+  }
+}
+
+void FrameSlot::Take(BitImage* bits) {
   const cl_event arrived = arrived_.get();
   TOPOTAG_CL(clWaitForEvents, 1, &arrived);
   bits->Resize(width_, height_);

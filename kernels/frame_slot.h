@@ -106,6 +106,7 @@ class FrameSlot {
   void LaunchDefault(const BufferFrame& frame, const ThresholdParams& params, cl_event wait_for);
   void LaunchPaper(const BufferFrame& frame, const ThresholdParams& params, cl_event wait_for);
   void Download();
+  void Take(BitImage* bits);
   void ReadPlane(const DeviceBuffer& plane, size_t cols, size_t rows, size_t value_size, void* out);
   void Run(const Kernel& kernel, const Items& items, const Items& group, cl_event wait_for,
            Event* done);

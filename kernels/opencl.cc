@@ -35,9 +35,11 @@ opencl::BufferFrames* OpenClDetection::Frames(Detector::Impl* impl, cl_command_q
 
 void OpenClDetection::Run(Detector* detector, const OpenClFrame& frame,
                           std::vector<Detection>* detections, cl_event* released) {
+  RequireNotNull(detections, "detections");
   detections->clear();
   if (released != nullptr) *released = nullptr;
-  Detector::Impl* const impl = detector->impl_.get();
+  Detector::Impl* const impl = &detector->impl();
+  const DetectorUse use(&impl->one_thread);
   const BackendKind kind = impl->options.backend;
   if (kind != BackendKind::kAuto && kind != BackendKind::kOpenCl) {
     FailArgument(std::string("a frame on an OpenCL device needs backend auto or opencl, not ") +
@@ -54,8 +56,9 @@ void OpenClDetection::Run(Detector* detector, const OpenClFrame& frame,
       impl->Area({&pixel, frame.width, frame.height, static_cast<ptrdiff_t>(frame.stride)});
   opencl::BufferFrames* const frames = Frames(impl, frame.queue);
   frames->Set(frame);
+  impl->TakeFrom(frames);
   frames->Submit(area, impl->threshold_params);
-  impl->Detect(frames, frames->shadow(), area, detections);
+  impl->Detect(frames->shadow(), area, detections);
   if (released == nullptr) return;
   TOPOTAG_CL(clRetainEvent, frames->released().get());
   *released = frames->released().get();

@@ -77,7 +77,8 @@ using Rule = std::function<bool(int x, int y)>;
 inline Rule Markers(int width, int height, Random* random) {
   Canvas canvas(width, height);
   for (int i = 0; i < 8; ++i) {
-    Marker marker{random->Between(3, 5), 0, random->Between(1, 1 + std::min(width, height) / 24)};
+    DrawnMarker marker{random->Between(3, 5), 0,
+                       random->Between(1, 1 + std::min(width, height) / 24)};
     if (marker.side() + 2 > std::min(width, height)) continue;
     marker.id = static_cast<uint64_t>(random->Below(1 << (marker.n * marker.n - 2)));
     marker.x = random->Between(1, width - marker.side() - 1);

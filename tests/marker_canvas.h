@@ -53,7 +53,7 @@ class Canvas {
 };
 
 // An upright n x n marker with square nodes, `unit` pixels a unit, its white area at (x, y).
-struct Marker {
+struct DrawnMarker {
   int n;
   uint64_t id;
   int unit = 6;
@@ -74,11 +74,11 @@ struct Marker {
   }
 };
 
-inline void DrawHole(const Marker& m, int row, int col, Canvas* canvas) {
+inline void DrawHole(const DrawnMarker& m, int row, int col, Canvas* canvas) {
   canvas->Fill(m.hole_x(col), m.hole_y(row), m.unit, m.unit, true);
 }
 
-inline void Draw(const Marker& m, Canvas* canvas) {
+inline void Draw(const DrawnMarker& m, Canvas* canvas) {
   canvas->Fill(m.x, m.y, m.side(), m.side(), true);
   canvas->Fill(m.node_x(0), m.node_y(0), 5 * m.unit, 3 * m.unit, false);
   DrawHole(m, 0, 0, canvas);
@@ -91,7 +91,7 @@ inline void Draw(const Marker& m, Canvas* canvas) {
   }
 }
 
-inline Canvas Drawn(const Marker& m) {
+inline Canvas Drawn(const DrawnMarker& m) {
   Canvas canvas(m.x + m.side() + m.unit, m.y + m.side() + m.unit);
   Draw(m, &canvas);
   return canvas;

@@ -46,7 +46,7 @@ size_t CountCandidates(const Canvas& canvas, const TreeParams& params = Default(
 
 // Candidate `index` is the marker: family, nodes in raster order with the holes of its ID, all
 // areas but those changed by specks.
-void ExpectMarker(const TopologyTree& tree, size_t index, const Marker& m, bool exact = true) {
+void ExpectMarker(const TopologyTree& tree, size_t index, const DrawnMarker& m, bool exact = true) {
   SCOPED_TRACE(testing::Message() << m.n << "x" << m.n << " ID " << m.id << ", unit " << m.unit);
   ASSERT_GT(tree.candidates().size(), index);
   const Candidate& candidate = tree.candidates()[index];
@@ -78,7 +78,7 @@ TEST(TreeTest, MarkersOfAllFamiliesAndUnits) {
   Random random(1);
   for (int n = Family::kMinN; n <= Family::kMaxN; ++n) {
     for (const int unit : {1, 2, 3, 7}) {
-      Marker m{n, 0, unit, random.Between(1, 40), random.Between(1, 40)};
+      DrawnMarker m{n, 0, unit, random.Between(1, 40), random.Between(1, 40)};
       for (int bit = 0; bit < n * n - 2; ++bit) m.id = 2 * m.id + (random.Chance(50) ? 1 : 0);
       const TopologyTree tree = Find(Drawn(m), Default({3, 4, 5, 6, 7, 8}));
       ASSERT_EQ(tree.candidates().size(), 1U);
@@ -109,7 +109,7 @@ TEST(TreeTest, BaselineWhereverItLies) {
 }
 
 TEST(TreeTest, HolesAreListedLargestFirst) {
-  const Marker m{3, 5};
+  const DrawnMarker m{3, 5};
   for (const int larger : {0, 1}) {
     Canvas canvas = Drawn(m);
     canvas.Fill(m.hole_x(0) + 2 * m.unit * larger, m.hole_y(0) - 1, m.unit, 1, true);
@@ -134,7 +134,7 @@ TEST(TreeTest, OnlyTheFamiliesAskedFor) {
 
 // A speck of `count` pixels: black between the rows, in a hole or in one of the baseline node's;
 // white in a solid node, in the ring around a hole or in the baseline node.
-Canvas WithSpeck(const Marker& m, const char* where, int count) {
+Canvas WithSpeck(const DrawnMarker& m, const char* where, int count) {
   Canvas canvas = Drawn(m);
   switch (where[0]) {
     case 'w':
@@ -161,7 +161,7 @@ Canvas WithSpeck(const Marker& m, const char* where, int count) {
 // Up to which size, and not above it, errors are removed: below 30 % of what they are compared
 // with.
 TEST(TreeTest, SpecksUpToTheta1AreRemoved) {
-  const Marker m{3, 4 + 32, 20};  // vertices 3 and 6 have holes: cells (1, 0) and (2, 0)
+  const DrawnMarker m{3, 4 + 32, 20};  // vertices 3 and 6 have holes: cells (1, 0) and (2, 0)
   const struct {
     const char* where;
     int largest;
@@ -195,7 +195,7 @@ TEST(TreeTest, HolesOfAFiftiethOfTheirNodeAreHoles) {
 
 // A third hole is compared with the second one, not with the first.
 TEST(TreeTest, BaselineHolesOfDifferentSize) {
-  const Marker m{3, 9, 20};
+  const DrawnMarker m{3, 9, 20};
   for (const int third : {59, 60}) {
     Canvas canvas = WithSpeck(m, "twin holes", third);
     canvas.Fill(m.hole_x(0) + 2 * m.unit, m.hole_y(0), m.unit / 2, m.unit, false);
@@ -204,7 +204,7 @@ TEST(TreeTest, BaselineHolesOfDifferentSize) {
 }
 
 TEST(TreeTest, AnyPlaceTakesASpeck) {
-  const Marker m{3, 0x2a, 4, 4, 4};
+  const DrawnMarker m{3, 0x2a, 4, 4, 4};
   for (int y = m.y; y < m.y + m.side(); ++y) {
     for (int x = m.x; x < m.x + m.side(); ++x) {
       Canvas canvas = Drawn(m);
@@ -241,7 +241,7 @@ TEST(TreeTest, AsManySpecksAsTau) {
 
 TEST(TreeTest, PaperTakesNoSpeckInTheWhiteArea) {
   for (int n = 3; n <= 5; ++n) {
-    const Marker m{n, 0};
+    const DrawnMarker m{n, 0};
     Canvas canvas = Drawn(m);
     EXPECT_EQ(CountCandidates(canvas, Paper({n})), 1U);
     canvas.Fill(m.x + 2, m.y + 2, 1, 1, false);
@@ -305,7 +305,7 @@ TEST(TreeTest, ReferenceAreaUnderPerspective) {
 
 TEST(TreeTest, WhatIsNoMarker) {
   for (int n = 3; n <= 5; ++n) {
-    const Marker m{n, 0x15};
+    const DrawnMarker m{n, 0x15};
     const int last = n - 1;
     const auto without = [&](auto change) {
       Canvas canvas = Drawn(m);
@@ -354,7 +354,7 @@ TEST(TreeTest, WhatIsNoMarker) {
 
 TEST(TreeTest, NodesWithoutHolesAreADoubt) {
   for (int n = 3; n <= 5; ++n) {
-    const Marker m{n, 0};
+    const DrawnMarker m{n, 0};
     Canvas canvas = Drawn(m);
     canvas.Fill(m.hole_x(0), m.hole_y(0), 3 * m.unit, m.unit, false);
     const TopologyTree tree = Find(canvas, Default());
@@ -401,10 +401,10 @@ TEST(TreeTest, MarkersInsideOtherThings) {
   canvas.Fill(10, 10, 150, 150, false);
   canvas.Fill(15, 15, 140, 140, true);
   canvas.Fill(20, 20, 130, 130, false);
-  const Marker inside{4, 278, 6, 30, 30};
+  const DrawnMarker inside{4, 278, 6, 30, 30};
   Draw(inside, &canvas);
   canvas.Fill(240, 5, 130, 130, false);
-  const Marker beside{3, 77, 6, 250, 12};
+  const DrawnMarker beside{3, 77, 6, 250, 12};
   Draw(beside, &canvas);
   const TopologyTree tree = Find(canvas, Default());
   ASSERT_EQ(tree.candidates().size(), 2U);
@@ -415,9 +415,9 @@ TEST(TreeTest, MarkersInsideOtherThings) {
 
 // What lies in a hole makes the outer one no marker, whatever it is.
 TEST(TreeTest, MarkerInAHoleOfAnother) {
-  const Marker large{3, 0x7f, 30, 4, 4};
+  const DrawnMarker large{3, 0x7f, 30, 4, 4};
   Canvas canvas = Drawn(large);
-  const Marker small{3, 5, 1, large.hole_x(2) + 8, large.hole_y(2) + 8};
+  const DrawnMarker small{3, 5, 1, large.hole_x(2) + 8, large.hole_y(2) + 8};
   canvas.Fill(small.x - 5, small.y - 5, small.side() + 10, small.side() + 10, false);
   Draw(small, &canvas);
   const TopologyTree tree = Find(canvas, Default());
@@ -426,7 +426,7 @@ TEST(TreeTest, MarkerInAHoleOfAnother) {
 }
 
 TEST(TreeTest, ManySpecksInAHoleAreErrorsToo) {
-  const Marker m{3, 0x7f, 20, 20, 20};
+  const DrawnMarker m{3, 0x7f, 20, 20, 20};
   Canvas canvas = Drawn(m);
   for (int specks = 1; specks <= 16; ++specks) {
     canvas.Fill(m.hole_x(1) + 4 * (specks % 4) + 2, m.hole_y(1) + specks / 4 * 4 + 2, 1, 1, false);
@@ -457,7 +457,7 @@ TEST(TreeTest, NoiseIsHardlyEverADoubt) {
 }
 
 TEST(TreeTest, KeepsNothingOfTheLastFrame) {
-  const Marker m{4, 12345, 6, 30, 40};
+  const DrawnMarker m{4, 12345, 6, 30, 40};
   TopologyTree tree(Default());
   Canvas two(500, 200);
   Draw(m, &two);

@@ -233,9 +233,9 @@ TEST(WorstCaseTest, TimeGrowsWithThePixels) {
 // are brighter than 6, but not than 7 sixteenths of the contrast.
 PaddedImage MarkersOfSecondLooks(int unit, int step, int* markers) {
   Canvas canvas(kWidth, kHeight);
-  std::vector<Marker> all;
+  std::vector<DrawnMarker> all;
   constexpr int kMargin = 16;
-  Marker marker{3, 0, unit};
+  DrawnMarker marker{3, 0, unit};
   for (marker.y = kMargin; marker.y + marker.side() + kMargin < kHeight; marker.y += step) {
     for (marker.x = kMargin; marker.x + marker.side() + kMargin < kWidth; marker.x += step) {
       Draw(marker, &canvas);
@@ -248,7 +248,7 @@ PaddedImage MarkersOfSecondLooks(int unit, int step, int* markers) {
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) image.row(y)[x] = IsWhite(bits, x, y) ? 220 : 30;
   }
-  for (const Marker& m : all) {
+  for (const DrawnMarker& m : all) {
     for (int y = m.hole_y(0); y < m.hole_y(0) + unit; ++y) {
       for (const int x : {m.hole_x(0), m.hole_x(0) + 2 * unit}) {
         std::fill_n(image.row(y) + x, unit, static_cast<uint8_t>(30 + 190 * 13 / 32));

@@ -34,7 +34,7 @@ inline std::function<bool(int, int)> Cells(int width, int height, int percent, u
 /// are candidates that nothing can be read from.
 inline std::function<bool(int, int)> Markers(int width, int height, int n, int unit, bool spoiled) {
   Canvas canvas(width, height);
-  Marker marker{n, 0, unit};
+  DrawnMarker marker{n, 0, unit};
   const int step = marker.side() + 2 * unit;
   for (marker.y = unit; marker.y + marker.side() < height; marker.y += step) {
     for (marker.x = unit; marker.x + marker.side() < width; marker.x += step, ++marker.id) {

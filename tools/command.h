@@ -20,9 +20,10 @@ class Option;
 namespace topotag::tools {
 
 enum ExitStatus : int {
-  kSuccess = 0,  ///< everything was processed, also when nothing was found
-  kFailure = 1,  ///< an input could not be read or an output could not be written
-  kUsage = 2,    ///< wrong usage
+  kSuccess = 0,   ///< everything was processed, also when nothing was found
+  kFailure = 1,   ///< an input could not be read or an output could not be written
+  kUsage = 2,     ///< wrong usage
+  kSignal = 128,  ///< plus its number: ended by a signal, as shells have it
 };
 
 /// Wrong usage: one line that names the option and the reason.

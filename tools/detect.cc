@@ -52,9 +52,9 @@ struct Arguments {
   std::string stages;
 };
 
-volatile sig_atomic_t g_interrupted = 0;
+volatile sig_atomic_t g_interrupted = 0;  // the signal
 
-void Interrupt(int) { g_interrupted = 1; }
+void Interrupt(int signal) { g_interrupted = signal; }
 
 /// The frame in work is finished; a second signal ends the process at once.
 void CatchInterrupts() {
@@ -282,7 +282,7 @@ int Run::Execute() {
   int status = kSuccess;
   output_.Write(FormatHeader(format_, columns_));
   CatchInterrupts();
-  while (!g_interrupted) {
+  while (g_interrupted == 0) {
     try {
       if (!DetectNext()) break;
     } catch (const std::exception& error) {
@@ -297,10 +297,10 @@ int Run::Execute() {
     output_.Write(FormatFrame(format_, columns_, result_));
     progress.Step();
   }
-  if (g_interrupted && !source_.at_camera()) {
+  if (g_interrupted != 0 && !source_.at_camera()) {
     progress.Clear();
     Complain(frame_.image.empty() ? "interrupted" : "interrupted after " + frame_.image);
-    return kFailure;
+    return kSignal + g_interrupted;
   }
   output_.Finish();
   return status;
@@ -402,7 +402,7 @@ Command AddDetect(CLI::App* app) {
       "  topotag detect --camera cam.yaml --object board.txt photo.jpg\n"
       "  topotag detect --draw out video.mp4\n"
       "Exit status: 0 all inputs processed, 1 some file could not be read or written,\n"
-      "2 wrong usage.");
+      "2 wrong usage, 128 + N interrupted by signal N.");
   return [arguments] { return RunDetect(*arguments); };
 }
 

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
@@ -11,6 +12,7 @@
 
 #include "host/file.h"
 #include "tools/command.h"
+#include "tools/video_end.h"
 #include "topotag/error.h"
 #include "topotag/image_file.h"
 
@@ -135,11 +137,14 @@ bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
   if (!video_.read(decoded_) || decoded_.empty()) {
     if (video_frame_ == 0) fail("no frame can be read");
     const int64_t stated = is_camera ? 0 : StatedFrames(video_);
-    // Some containers only estimate their length; a tenth missing is no rounding.
-    if (video_frame_ + 1 < stated && 10 * video_frame_ < 9 * stated) {
-      fail("ends after " + std::to_string(video_frame_) + " of " + std::to_string(stated) +
-           " frames");
+    const std::string end = " after " + std::to_string(video_frame_) + " of " +
+                            std::to_string(std::max(stated, video_frame_)) + " frames";
+    const uint64_t missing = is_camera ? 0 : MissingBytes(input.path);
+    if (missing > 0) {
+      fail("is cut off" + end + ": " + std::to_string(missing) + " bytes are missing");
     }
+    // Some containers only estimate their length; a tenth missing is no rounding.
+    if (video_frame_ + 1 < stated && 10 * video_frame_ < 9 * stated) fail("ends" + end);
     video_.release();
     return false;
   }

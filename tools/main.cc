@@ -22,8 +22,11 @@ void SilenceLibraries() {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
   setenv("GST_DEBUG", "0", 0);
-  // A reader that has gone is an error of the write, where temporary files are still removed.
+  // A frame that a file ends in the middle of is not decoded into half a picture.
+  setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS", "fflags;discardcorrupt", 0);
+  // A reader that has gone, or a file as large as may be, is an error of the write, which says so.
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
 }
 
 /// Standard output may be a full disk or a reader that has gone.
@@ -57,7 +60,8 @@ int Main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.footer(
       "topotag COMMAND --help explains a command.\n"
-      "Exit status: 0 all done, 1 a file could not be read or written, 2 wrong usage.");
+      "Exit status: 0 all done, 1 a file could not be read or written, 2 wrong usage,\n"
+      "128 + N ended by signal N.");
   const Command detect = AddDetect(&app);
   const Command generate = AddGenerate(&app);
   const Command render = AddRender(&app);

@@ -26,8 +26,9 @@ struct Camera {
   std::array<double, 14> distortion{};
 };
 
-/// @throws Error (kInvalidArgument): focal length not positive and finite, other values not
-///         finite, negative size, only one of width and height; the message names the field.
+/// @throws Error (kInvalidArgument): an unknown model, focal length not positive and finite, other
+///         values not finite, negative size, only one of width and height; the message names the
+///         field.
 void ValidateCamera(const Camera& camera);
 
 /// Derivatives of a map of the plane: [[dx'/dx, dx'/dy], [dy'/dx, dy'/dy]], row-major.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "topotag/error.h"
 #include "topotag/family.h"
 #include "topotag/geometry.h"
 
@@ -14,7 +15,13 @@ namespace topotag {
 class VertexList {
  public:
   int size() const { return size_; }
-  void resize(int size) { size_ = size; }
+  /// @throws Error (kInvalidArgument) unless 0 <= size <= kMaxVertices
+  void resize(int size) {
+    if (size < 0 || size > kMaxVertices) {
+      throw Error(ErrorCode::kInvalidArgument, "no marker has so many vertices");
+    }
+    size_ = size;
+  }
   Point2& operator[](int i) { return points_[i]; }
   const Point2& operator[](int i) const { return points_[i]; }
   Point2* begin() { return points_.data(); }

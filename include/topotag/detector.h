@@ -25,11 +25,14 @@ struct StageTimes {
 };
 
 /// Finds TopoTags in frames. Holds its configuration and its workspace; nothing is global.
-/// Thread safety: one Detector per thread.
+/// Thread safety: one Detector per thread. Builds without NDEBUG notice where a second thread uses
+/// one that is at work: its call throws Error (kInvalidArgument).
+/// One that was moved from can be destroyed and assigned to; everything else throws Error
+/// (kInvalidArgument).
 class Detector {
  public:
   /// @throws Error (kInvalidArgument: a value of `options` out of range; kUnavailable: a backend
-  ///         that this build or machine does not have; kDevice).
+  ///         or threads that this build or machine does not have; kDevice); std::bad_alloc.
   explicit Detector(Options options = {});
   ~Detector();
   Detector(Detector&&) noexcept;
@@ -45,7 +48,8 @@ class Detector {
   ///         the camera's, region of interest outside the frame; kDevice).
   /// Bit-identical across backends and thread counts up to and including the vertices.
   std::vector<Detection> detect(const ImageView& image);
-  /// The same into the caller's vector, whose capacity is reused; empty after an error.
+  /// The same into the caller's vector, whose capacity is reused; empty after an error. After one,
+  /// the next frame is detected as if it had not been.
   void detect(const ImageView& image, std::vector<Detection>* detections);
 
   /// Begins with a frame, of which collect() gives the detections: with the opencl backend, the
@@ -56,6 +60,7 @@ class Detector {
   static constexpr int kMaxSubmitted = 2;
   /// The detections of the oldest submitted frame.
   /// @return false where there is none
+  /// @throws Error as detect(); then that frame is done with, and no detection is given
   bool collect(std::vector<Detection>* detections);
 
   /// The photometric step for one detection of this frame, whatever Options::pose. Needs a camera.
@@ -63,7 +68,7 @@ class Detector {
   /// @return false where it is rejected, or there is no pose to start from: then the detection
   /// stays
   ///         as it is
-  /// @throws Error (kInvalidArgument) as detect()
+  /// @throws Error (kInvalidArgument) as detect(); also a detection that detect() cannot have given
   bool refine(const ImageView& image, Detection* detection);
 
   const Options& options() const;
@@ -77,6 +82,8 @@ class Detector {
   friend class OpenClDetection;
   friend class RegionSearch;
   struct Impl;
+  Impl& impl() const;
+
   std::unique_ptr<Impl> impl_;
 };
 

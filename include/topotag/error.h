@@ -15,7 +15,7 @@ enum class ErrorCode {
 };
 
 /// The only exception type that the library throws on purpose. what() is one line that names
-/// the value, file or option and the reason.
+/// the value, file or option and the reason. Where memory runs out, std::bad_alloc comes through.
 class Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

@@ -21,7 +21,7 @@ struct ImageView {
   const uint8_t* row(int y) const { return data + y * stride; }
 };
 
-/// Checks null data, sizes and stride.
+/// Checks null data, sizes and stride, and that rows so far apart can lie in memory.
 /// @throws Error (kInvalidArgument) that names the value.
 void ValidateImage(const ImageView& image);
 

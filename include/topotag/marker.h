@@ -56,6 +56,7 @@ struct MarkerGeometry {
 MarkerGeometry BuildMarkerGeometry(const MarkerDesign& design);
 
 /// Model vertex i of a family in units: v0 = p1, v1 = p2, then row-major from cell (0, 2).
+/// @throws Error (kInvalidArgument) unless 0 <= i < n*n.
 Point2 ModelVertex(Family family, int i);
 /// All n*n of them.
 std::vector<Point2> ModelVertices(Family family);
@@ -77,13 +78,17 @@ inline uint64_t VertexBits(Family family, uint64_t id) {
 /// Inverse of VertexBits.
 inline uint64_t IdFromVertexBits(Family family, uint64_t bits) { return VertexBits(family, bits); }
 
-/// Bit of one model vertex, 2 <= vertex < n*n.
+/// Bit of one model vertex, 2 <= vertex < n*n; those of 0 and 1 are 0.
+/// @throws Error (kInvalidArgument) unless 0 <= vertex < n*n.
 bool IdBit(Family family, uint64_t id, int vertex);
 
 /// An outline as a polygon; circles get `circle_segments` sides of equal area to the circle.
+/// @throws Error (kInvalidArgument) unless there are 3 to 1e6 of them.
 std::vector<Point2> Tessellate(const Outline& outline, int circle_segments);
 
 /// Union of the baseline node's two equal outlines, the second shifted along +x, as one polygon.
+/// One outline is its own union.
+/// @throws Error (kInvalidArgument) as Tessellate; for other outlines than these.
 std::vector<Point2> TessellateUnion(const std::vector<Outline>& outlines, int circle_segments);
 
 /// Reads a polygon: one "x y" pair in units a line, blank lines and # comments ignored.

@@ -74,7 +74,8 @@ struct ObjectPose : Pose {
 /// most markers agree with is refined by Levenberg-Marquardt on the reprojection error of all
 /// vertices, and markers that contradict the others (misread, moved, or a second one with the same
 /// ID) are left out.
-/// Thread safety: one estimator per thread.
+/// Thread safety: one estimator per thread; as for Detector, builds without NDEBUG notice. One that
+/// was moved from can be destroyed and assigned to; all else throws Error (kInvalidArgument).
 class ObjectPoseEstimator {
  public:
   /// @throws Error (kInvalidArgument) as ValidateObject and ValidateCamera.
@@ -85,12 +86,15 @@ class ObjectPoseEstimator {
 
   /// @param detections  of one frame, in any order; their poses are not needed
   /// @return false, *pose untouched, where no marker of the object gives a pose.
+  /// @throws Error (kInvalidArgument) where pose is null
   bool estimate(const std::vector<Detection>& detections, ObjectPose* pose);
 
   const Object& object() const;
 
  private:
   struct Impl;
+  Impl& impl() const;
+
   std::unique_ptr<Impl> impl_;
 };
 

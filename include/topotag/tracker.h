@@ -44,7 +44,7 @@ struct TrackState {
 /// general to the last bit, the same vertices. Where a marker is not in its region, the whole frame
 /// is searched in the same call. A marker that comes into view while others are followed may wait
 /// for the next whole frame: TrackerOptions::search_interval.
-/// Thread safety: one Tracker per thread.
+/// Thread safety: one Tracker per thread, as one Detector.
 class Tracker {
  public:
   /// @throws Error as Detector; kInvalidArgument: a value of `options` out of range.
@@ -83,6 +83,7 @@ class Tracker {
 
  private:
   struct Impl;
+  Impl& impl() const;
   std::unique_ptr<Impl> impl_;
 };
 
