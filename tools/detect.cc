@@ -354,18 +354,14 @@ Command AddDetect(CLI::App* app) {
   command->add_flag("--inverted", a.inverted, "Also markers with white and black exchanged")
       ->group("What to find");
   AddText(command, "What to find", "--min-size", &a.min_size, "PX",
-          "Only markers of which the white area's sides are PX pixels long or more, in the mean");
+          "Only markers with white sides of PX pixels or more");
   command->add_flag("--pre-blur", a.pre_blur, "Smooth each frame first, against severe noise")
       ->group("What to find");
   AddText(command, "What to find", "--track", &a.track, "ON",
-          "on: in videos, cameras and folders, markers first where the last frames say they are; "
-          "new ones every 30 frames");
+          "on: follow markers from frame to frame, faster");
   AddText(command, "Pose", "--camera", &a.camera, "FILE",
           "Calibration: OpenCV YAML or JSON, ROS YAML");
-  command
-      ->add_option("--tag-size", a.tag_sizes,
-                   "Side of the white area; poses need this and --camera. Also of families and "
-                   "IDs: 0.05,3x3=0.03,4x4:0-9,278=0.1")
+  command->add_option("--tag-size", a.tag_sizes, "White side, for poses: 0.05,3x3=0.03,4x4:0-9=0.1")
       ->type_name("METRES")
       ->allow_extra_args(false)
       ->group("Pose");
@@ -389,10 +385,9 @@ Command AddDetect(CLI::App* app) {
           "scalar, simd, opencl, or auto (default): that of TOPOTAG_BACKEND, else the fastest; "
           "see topotag info");
   AddText(command, "Computation", "--threads", &a.threads, "N",
-          "Threads for each frame (default: 2, or 1 on a single processor)");
+          "Threads for each frame (default: at most 2)");
   AddText(command, "Computation", "--device", &a.device, "INDEX",
-          "OpenCL device as topotag info lists them (default: the first GPU, else the first one); "
-          "only with the backend opencl");
+          "OpenCL device, see topotag info (default: a GPU)");
   command->footer(
       "Pixel (0, 0) is the centre of the top-left one. Poses are in metres, in camera\n"
       "axes: x right, y down, z forward. A camera runs until Ctrl-C.\n"
