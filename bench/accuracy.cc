@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bench/accuracy_report.h"
+#include "bench/command.h"
 #include "host/stop_watch.h"
 
 namespace topotag::bench {
@@ -94,8 +95,7 @@ int Main(int argc, char** argv) {
   app.add_flag("--far", arguments.far, "With Options::far");
   app.add_flag("--quick", arguments.quick, "Two cells of four frames");
   app.add_flag("--aruco", arguments.aruco, "OpenCV's ArUco with refined corners, too");
-  app.add_option("--format", arguments.format, "text or json (default: text)")
-      ->check(CLI::IsMember({"text", "json"}));
+  AddFormat(&app, &arguments.format);
   CLI11_PARSE(app, argc, argv);
   return Run(arguments);
 }
@@ -104,10 +104,5 @@ int Main(int argc, char** argv) {
 }  // namespace topotag::bench
 
 int main(int argc, char** argv) {
-  try {
-    return topotag::bench::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "accuracy: %s\n", error.what());
-  }
-  return 1;
+  return topotag::bench::RunCommand("accuracy", topotag::bench::Main, argc, argv);
 }

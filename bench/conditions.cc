@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bench/accuracy_cells.h"
+#include "bench/command.h"
 #include "bench/hard_conditions.h"
 #include "tests/scene_util.h"
 
@@ -114,8 +115,7 @@ int Main(int argc, char** argv) {
   app.add_flag("--far", arguments.far, "With Options::far");
   app.add_option("--hidden", arguments.hidden, "Options::hidden_nodes (default: 0)");
   app.add_flag("--quick", arguments.quick, "One frame each");
-  app.add_option("--format", arguments.format, "text or json (default: text)")
-      ->check(CLI::IsMember({"text", "json"}));
+  AddFormat(&app, &arguments.format);
   CLI11_PARSE(app, argc, argv);
   return Run(arguments);
 }
@@ -124,10 +124,5 @@ int Main(int argc, char** argv) {
 }  // namespace topotag::bench
 
 int main(int argc, char** argv) {
-  try {
-    return topotag::bench::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "conditions: %s\n", error.what());
-  }
-  return 1;
+  return topotag::bench::RunCommand("conditions", topotag::bench::Main, argc, argv);
 }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string>
 
+#include "bench/command.h"
 #include "bench/machine.h"
 #include "bench/page.h"
 #include "bench/peers.h"
@@ -113,10 +114,5 @@ int Main(int argc, char** argv) {
 }  // namespace topotag::bench
 
 int main(int argc, char** argv) {
-  try {
-    return topotag::bench::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "profile: %s\n", error.what());
-  }
-  return 1;
+  return topotag::bench::RunCommand("profile", topotag::bench::Main, argc, argv);
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/command.h"
 #include "bench/photos.h"
 #include "bench/range_runs.h"
 
@@ -119,8 +120,7 @@ int Main(int argc, char** argv) {
       ->check(CLI::Range(1, 999));
   app.add_flag("--far", arguments.far, "With Options::far");
   app.add_flag("--quick", arguments.quick, "Two frames at one distance each");
-  app.add_option("--format", arguments.format, "text or json (default: text)")
-      ->check(CLI::IsMember({"text", "json"}));
+  AddFormat(&app, &arguments.format);
   CLI11_PARSE(app, argc, argv);
   return Run(arguments);
 }
@@ -129,10 +129,5 @@ int Main(int argc, char** argv) {
 }  // namespace topotag::bench
 
 int main(int argc, char** argv) {
-  try {
-    return topotag::bench::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "range: %s\n", error.what());
-  }
-  return 1;
+  return topotag::bench::RunCommand("range", topotag::bench::Main, argc, argv);
 }

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/command.h"
 #include "bench/timing.h"
 #include "tests/scene_util.h"
 #include "tests/tracking_video.h"
@@ -283,8 +284,7 @@ int Main(int argc, char** argv) {
   app.add_option("--repeats", arguments.repeats, "Least of so many times (default: 5)")
       ->check(CLI::Range(1, 1000));
   app.add_flag("--quick", arguments.quick, "60 frames of 640x480");
-  app.add_option("--format", arguments.format, "text or json (default: text)")
-      ->check(CLI::IsMember({"text", "json"}));
+  AddFormat(&app, &arguments.format);
   CLI11_PARSE(app, argc, argv);
   if (arguments.quick) {
     arguments.frames = 60;
@@ -306,10 +306,5 @@ int Main(int argc, char** argv) {
 }  // namespace topotag::bench
 
 int main(int argc, char** argv) {
-  try {
-    return topotag::bench::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "tracking: %s\n", error.what());
-  }
-  return 1;
+  return topotag::bench::RunCommand("tracking", topotag::bench::Main, argc, argv);
 }

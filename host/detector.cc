@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "host/bits.h"
@@ -16,6 +15,7 @@
 #include "host/model.h"
 #include "host/partial.h"
 #include "host/pose.h"
+#include "host/report_order.h"
 #include "host/second_look.h"
 #include "host/vertices.h"
 #include "topotag/marker.h"
@@ -142,8 +142,7 @@ static_assert(Detector::kMaxSubmitted == Backend::kMaxSubmitted);
 
 bool ComesBefore(const Marker* a, const Marker* b) {
   const auto key = [](const Marker* m) {
-    return std::make_tuple(m->decoded.family.n(), m->decoded.id, m->center.y, m->center.x,
-                           m->is_inverted);
+    return ReportKey(m->decoded.family, m->decoded.id, m->center, m->is_inverted);
   };
   return key(a) < key(b);
 }

@@ -1,9 +1,9 @@
 #include "host/region_search.h"
 
 #include <algorithm>
-#include <tuple>
 
 #include "host/detector_impl.h"
+#include "host/report_order.h"
 #include "host/search_plan.h"
 #include "host/stage_times.h"
 
@@ -26,7 +26,7 @@ Options EngineOptions(const Options& options, const std::string& backend) {
 
 bool ComesBefore(const Detection* a, const Detection* b) {
   const auto key = [](const Detection* d) {
-    return std::make_tuple(d->family.n(), d->id, d->center.y, d->center.x, d->inverted);
+    return ReportKey(d->family, d->id, d->center, d->inverted);
   };
   return key(a) < key(b);
 }

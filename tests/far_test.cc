@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include "tests/dot_field.h"
 #include "tests/scene_util.h"
 #include "topotag/detector.h"
 
@@ -252,19 +253,10 @@ TEST(FarTest, CovarianceOfThePose) {
 
 // A field of dots is a lattice without end: the work on it is bounded.
 TEST(FarTest, WorkIsBounded) {
-  Image image(640, 480);
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      image.row(y)[x] = static_cast<uint8_t>(120 + 45 * (std::cos(x * 1.6) + std::cos(y * 1.5)));
-    }
-  }
-  ThresholdGrid grid;
-  grid.Resize(image.width(), image.height());
-  std::fill(grid.floor.begin(), grid.floor.end(), uint8_t{0});
-  std::fill(grid.ceiling.begin(), grid.ceiling.end(), uint8_t{255});
+  const test::DotField field;
   FarSearch far({Family(3), Family(4), Family(5)});
-  far.Start({0, 0, image.width(), image.height()}, grid);
-  EXPECT_TRUE(far.Run(image.view(), nullptr).empty());
+  far.Start({0, 0, field.image.width(), field.image.height()}, field.grid);
+  EXPECT_TRUE(far.Run(field.image.view(), nullptr).empty());
   EXPECT_LE(far.counts().fits, FarSearch::kMaxFits);
 }
 

@@ -8,6 +8,7 @@
 #include "host/far.h"
 #include "host/mean_side.h"
 #include "host/stages.h"
+#include "tests/dot_field.h"
 #include "tests/scene_util.h"
 #include "topotag/detector.h"
 
@@ -113,20 +114,11 @@ TEST(MinSizeTest, SmallDoubtsAreLeftOut) {
 
 // A field of dots with pitches of 4 px: markers of 4x4 would be 17 px wide.
 TEST(MinSizeTest, SmallLatticesAreLeftOut) {
-  Image image(640, 480);
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      image.row(y)[x] = static_cast<uint8_t>(120 + 45 * (std::cos(x * 1.6) + std::cos(y * 1.5)));
-    }
-  }
-  ThresholdGrid grid;
-  grid.Resize(image.width(), image.height());
-  std::fill(grid.floor.begin(), grid.floor.end(), uint8_t{0});
-  std::fill(grid.ceiling.begin(), grid.ceiling.end(), uint8_t{255});
+  const test::DotField field;
   const auto blocks = [&](double min_size) {
     FarSearch far({Family(4)}, min_size);
-    far.Start({0, 0, image.width(), image.height()}, grid);
-    EXPECT_TRUE(far.Run(image.view(), nullptr).empty());
+    far.Start({0, 0, field.image.width(), field.image.height()}, field.grid);
+    EXPECT_TRUE(far.Run(field.image.view(), nullptr).empty());
     return far.counts().blocks;
   };
   EXPECT_GT(blocks(0), 10);

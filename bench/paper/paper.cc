@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "bench/command.h"
 #include "bench/machine.h"
 #include "bench/paper/context.h"
 #include "bench/paper/page.h"
@@ -156,10 +157,5 @@ int Main(int argc, char** argv) {
 }  // namespace topotag::bench::paper
 
 int main(int argc, char** argv) {
-  try {
-    return topotag::bench::paper::Main(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "paper: %s\n", error.what());
-  }
-  return 1;
+  return topotag::bench::RunCommand("paper", topotag::bench::paper::Main, argc, argv);
 }
