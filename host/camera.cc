@@ -318,8 +318,8 @@ void ValidateCamera(const Camera& camera) {
   Require(camera.width >= 0, "width", camera.width, "is negative");
   Require(camera.height >= 0, "height", camera.height, "is negative");
   if ((camera.width == 0) != (camera.height == 0)) {
-    FailArgument("camera: size " + std::to_string(camera.width) + "x" +
-                 std::to_string(camera.height) + " has only one of width and height");
+    FailArgument("camera: size " + Text(camera.width, camera.height) +
+                 " has only one of width and height");
   }
   for (size_t i = 0; i < camera.distortion.size(); ++i) {
     const std::string field = "distortion[" + std::to_string(i) + "]";

@@ -12,6 +12,10 @@ std::string Text(double value) {
   return text;
 }
 
+std::string Text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
 void FailArgument(const std::string& message) { throw Error(ErrorCode::kInvalidArgument, message); }
 
 void RequireNotNull(const void* pointer, const std::string& name) {

@@ -7,6 +7,8 @@ namespace topotag {
 
 /// The shortest usual form of a number in a message: "0.5", "1e+09".
 std::string Text(double value);
+/// "640x480".
+std::string Text(int width, int height);
 
 /// @throws Error (kInvalidArgument).
 [[noreturn]] void FailArgument(const std::string& message);

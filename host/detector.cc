@@ -13,72 +13,20 @@
 #include "host/local_map.h"
 #include "host/mean_side.h"
 #include "host/model.h"
+#include "host/options_check.h"
 #include "host/partial.h"
 #include "host/pose.h"
 #include "host/report_order.h"
-#include "host/second_look.h"
 #include "host/vertices.h"
 #include "topotag/marker.h"
 
 namespace topotag {
 namespace {
 
-constexpr double kMaxTagSize = 1e6;  // metres: keeps the covariance finite
-constexpr double kMaxMinSize = 1e6;  // pixels
 // Of a white area's box, width and height together, in parts of the least size. Those of a whole
 // marker are twice its mean side at least. Covered, shadowed or cut by the threshold, half of it
 // may be missing: then they still are 1.5 of it, and 1.2 where it is seen at 75 degrees.
 constexpr double kMinExtent = 1.2;
-
-std::string Size(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
-void ValidateTagSize(double size, const std::string& what) {
-  RequireRange(what, size, 0, kMaxTagSize, "metres");
-}
-
-Options Validated(Options options) {
-  RequireEnum("preset", options.preset, Preset::kPaper);
-  RequireEnum("backend", options.backend, BackendKind::kOpenCl);
-  RequireEnum("pose mode", options.pose, PoseMode::kPhotometric);
-  if (options.families.empty()) FailArgument("no family to detect");
-  std::sort(options.families.begin(), options.families.end());
-  const auto twin = std::adjacent_find(options.families.begin(), options.families.end());
-  if (twin != options.families.end()) FailArgument("family " + twin->name() + " is named twice");
-  if (options.threads < 1 || options.threads > kMaxThreads) {
-    FailArgument("threads " + std::to_string(options.threads) + " is not in the range 1.." +
-                 std::to_string(kMaxThreads));
-  }
-  if (options.camera) ValidateCamera(*options.camera);
-  ValidateTagSize(options.tag_size, "tag size");
-  for (const auto& [n, size] : options.family_tag_size) {
-    const std::string name = Size(n, n);
-    if (n < Family::kMinN || n > Family::kMaxN) {
-      FailArgument("tag size of an unknown family " + name);
-    }
-    ValidateTagSize(size, "tag size of family " + name);
-  }
-  for (const auto& [key, size] : options.id_tag_size) {
-    const auto& [n, id] = key;
-    const std::string name = Size(n, n) + " ID " + std::to_string(id);
-    if (n < Family::kMinN || n > Family::kMaxN || id >= Family(n).size()) {
-      FailArgument("tag size of " + name + ", which does not exist");
-    }
-    ValidateTagSize(size, "tag size of " + name);
-  }
-  ValidateIds(options.ids);
-  RequireRange("minimum size", options.min_size, 0, kMaxMinSize, "pixels");
-  if (options.hidden_nodes < 0 || options.hidden_nodes > kMaxVertices) {
-    FailArgument("hidden nodes " + std::to_string(options.hidden_nodes) +
-                 " are not in the range 0.." + std::to_string(kMaxVertices));
-  }
-  if (options.roi && (options.roi->x < 0 || options.roi->y < 0 || options.roi->width < 1 ||
-                      options.roi->height < 1)) {
-    FailArgument("region of interest is empty or begins outside the frame");
-  }
-  return options;
-}
 
 // Of the whole area, or of second looks at a part of it, which may be enlarged.
 TreeParams MakeTreeParams(const Options& options, bool is_whole) {
@@ -150,7 +98,7 @@ bool ComesBefore(const Marker* a, const Marker* b) {
 }  // namespace
 
 Detector::Impl::Impl(Options o)
-    : options(Validated(std::move(o))),
+    : options(ValidatedOptions(std::move(o))),
       workers(options.threads),
       backend(MakeBackend(options.backend, &workers, options.device)),
       second_backend(MakeSecondBackend(options.backend, &workers)),
@@ -176,13 +124,13 @@ Rect Detector::Impl::Area(const ImageView& image) const {
   if (options.camera && options.camera->width != 0 &&
       (options.camera->width != image.width || options.camera->height != image.height)) {
     FailArgument("the camera is calibrated for " +
-                 Size(options.camera->width, options.camera->height) + " pixels, the image has " +
-                 Size(image.width, image.height));
+                 Text(options.camera->width, options.camera->height) + " pixels, the image has " +
+                 Text(image.width, image.height));
   }
   const Rect area = options.roi.value_or(Rect{0, 0, image.width, image.height});
   if (area.width > image.width - area.x || area.height > image.height - area.y) {
     FailArgument("region of interest reaches outside the image of " +
-                 Size(image.width, image.height) + " pixels");
+                 Text(image.width, image.height) + " pixels");
   }
   return area;
 }

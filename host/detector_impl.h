@@ -71,6 +71,9 @@ inline ImageView Crop(const ImageView& image, const Rect& area) {
   return {image.row(area.y) + area.x, area.width, area.height, image.stride};
 }
 
+/// A box grown by the margin of what decoding and refining read around it, within the frame.
+Rect WithMargin(const Rect& box, const ImageView& frame);
+
 /// Pixels of the white square's corners, as Detection::corners.
 inline std::array<Point2, 4> WhiteCorners(const TagMap& map, Family family) {
   const double half = family.white_side() / 2.0;
@@ -98,6 +101,8 @@ struct Detector::Impl {
   void Detect(const ImageView& image, const Rect& area, std::vector<Detection>* detections);
   void Search(const ImageView& image, const Rect& whole);
   void FetchCandidates(const Rect& whole);
+  /// Again where there is doubt, within limits of time.
+  void SecondLooks(const ImageView& image, const Rect& whole);
   ImageView Enlarged(const ImageView& image, const Rect& part, int* scale);
   void LookAgain(const ImageView& image, const Rect& whole, const Rect& part, bool has_holes);
   void DecodeCandidates(const ImageView& image, const Segmentation& segmentation,

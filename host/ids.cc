@@ -11,7 +11,7 @@ namespace topotag {
 
 void ValidateIds(const IdLists& ids) {
   for (const auto& [n, list] : ids) {
-    const std::string name = std::to_string(n) + "x" + std::to_string(n);
+    const std::string name = Text(n, n);
     if (n < Family::kMinN || n > Family::kMaxN) FailArgument("IDs of an unknown family " + name);
     if (list.empty()) FailArgument("no ID of family " + name + " is in use");
     const uint64_t largest = *std::max_element(list.begin(), list.end());

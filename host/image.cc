@@ -14,9 +14,8 @@ constexpr size_t kRowAlignment = 64;
 
 void ValidateSize(int width, int height) {
   if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide) {
-    FailArgument("image size " + std::to_string(width) + "x" + std::to_string(height) +
-                 " is not within 1x1 .. " + std::to_string(kMaxImageSide) + "x" +
-                 std::to_string(kMaxImageSide));
+    FailArgument("image size " + Text(width, height) + " is not within 1x1 .. " +
+                 Text(kMaxImageSide, kMaxImageSide));
   }
 }
 

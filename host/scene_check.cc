@@ -60,9 +60,8 @@ void ValidateScene(const Scene& scene) {
   ValidateCamera(scene.camera);
   for (const int side : {scene.camera.width, scene.camera.height}) {
     if (side >= 1 && side <= kMaxImageSide) continue;
-    FailArgument("scene: the camera's image size " + std::to_string(scene.camera.width) + "x" +
-                 std::to_string(scene.camera.height) + " is not within 1x1 .. " +
-                 std::to_string(kMaxImageSide) + "x" + std::to_string(kMaxImageSide));
+    FailArgument("scene: the camera's image size " + Text(scene.camera.width, scene.camera.height) +
+                 " is not within 1x1 .. " + Text(kMaxImageSide, kMaxImageSide));
   }
   RequireRange("scene: background", scene.background, 0, 255);
   RequireRange("scene: blur", scene.blur, 0, kMaxBlur);
