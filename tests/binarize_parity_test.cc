@@ -114,7 +114,8 @@ TEST_P(BinarizeParityTest, EveryThreadCount) {
     Workers workers(threads);
     for (uint64_t seed = 0; seed < 40 && !HasFatalFailure(); ++seed) {
       Random random(seed);
-      ExpectEqual(random.Between(1, 200), random.Between(1, 600), 5, seed, &workers);
+      const int width = random.Between(1, 200), height = random.Between(1, 600);
+      ExpectEqual(width, height, 5, seed, &workers);
     }
   }
 }

@@ -26,11 +26,14 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-// An image whose rows end where their memory ends or, padded, where other bytes follow.
+// An image with random sides up to `largest`, whose rows end where their memory ends or, padded,
+// where other bytes follow.
 struct Pixels {
-  Pixels(int width, int height, int padding, Random* random)
-      : bytes(static_cast<size_t>((width + padding) * (height - 1) + width)),
-        view{bytes.data(), width, height, width + padding} {
+  Pixels(int largest, Random* random) {
+    const int width = random->Between(1, largest), height = random->Between(1, largest);
+    const int stride = width + random->Between(0, 3);
+    bytes.resize(static_cast<size_t>(stride * (height - 1) + width));
+    view = {bytes.data(), width, height, stride};
     for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random->Between(0, 255));
   }
   std::vector<uint8_t> bytes;
@@ -151,8 +154,7 @@ TEST_P(CentroidTest, DarknessSumsEqualTheReference) {
   Random random(1);
   for (int i = 0; i < 3000; ++i) {
     const bool large = i % 100 == 0;
-    const Pixels image(random.Between(1, large ? 700 : 80), random.Between(1, large ? 700 : 80),
-                       random.Between(0, 3), &random);
+    const Pixels image(large ? 700 : 80, &random);
     const DarknessPatch patch = RandomPatch(image.view, &random);
     const DarknessSums expected = ReferenceDarkness(image.view, patch);
     DarknessSums sums;
@@ -167,7 +169,7 @@ TEST_P(CentroidTest, RingSumsEqualTheReference) {
   constexpr int kOne = 1 << kPlaceShift;
   Random random(2);
   for (int i = 0; i < 3000; ++i) {
-    const Pixels image(random.Between(1, 90), random.Between(1, 90), random.Between(0, 3), &random);
+    const Pixels image(90, &random);
     const auto step = [&] { return random.Between(-2 * kOne, 2 * kOne); };
     const auto place = [&] { return random.Between(-10 * kOne, 70 * kOne); };
     const bool inside = random.Between(0, 1) != 0;  // all rings of a call, or hardly any
@@ -191,7 +193,7 @@ TEST_P(CentroidTest, LevelsEqualTheReference) {
   constexpr int kOne = 1 << kPlaceShift;
   Random random(3);
   for (int i = 0; i < 1000; ++i) {
-    const Pixels image(random.Between(1, 60), random.Between(1, 60), random.Between(0, 3), &random);
+    const Pixels image(60, &random);
     int32_t x[3 * kRingPoints], y[3 * kRingPoints], levels[3 * kRingPoints];
     for (int k = 0; k < 3 * kRingPoints; ++k) {
       x[k] = random.Between(-10 * kOne, 70 * kOne);

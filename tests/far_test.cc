@@ -149,8 +149,8 @@ TEST(FarTest, NoWrongIdAtAnyDistance) {
   for (uint64_t seed = 0; seed < kScenes; ++seed) {
     const int n = 3 + static_cast<int>(seed % 3);
     const auto inner = static_cast<InnerShape>(seed / 3 % 3);
-    const Scene scene =
-        WallScene(n, random.Uniform(1, 3.5), random.Uniform(0, 65), inner, seed + 1000);
+    const double tilt = random.Uniform(0, 65), distance = random.Uniform(1, 3.5);
+    const Scene scene = WallScene(n, distance, tilt, inner, seed + 1000);
     for (const Detection& detection : detector.detect(RenderScene(scene).view())) {
       EXPECT_TRUE(IsMarker(detection, scene.markers[0]))
           << "seed " << seed << ": " << n << "x" << n << ", " << scene.markers[0].t[2]
@@ -169,7 +169,8 @@ TEST(FarTest, PartsOfLargerMarkersAreNotRead) {
   for (uint64_t seed = 0; seed < 150; ++seed) {
     const int n = 6 + static_cast<int>(seed % 3);
     const auto inner = static_cast<InnerShape>(seed / 3 % 3);
-    Scene scene = WallScene(n, random.Uniform(0.6, 2), random.Uniform(0, 65), inner, seed + 2000);
+    const double tilt = random.Uniform(0, 65), distance = random.Uniform(0.6, 2);
+    Scene scene = WallScene(n, distance, tilt, inner, seed + 2000);
     const Image clutter = Clutter(240, 180, seed);
     if (seed % 2 == 0) scene.background_image = clutter.view();
     for (const Detection& detection : detector.detect(RenderScene(scene).view())) {

@@ -164,8 +164,8 @@ class LabelTest : public ::testing::Test {
 
 TEST_F(LabelTest, SmallRandomPictures) {
   for (int i = 0; i < 10000 && !HasFatalFailure(); ++i) {
-    ExpectLabelled(RandomBits(random_.Between(1, 11), random_.Between(1, 11), 10 + i % 9 * 10, 1),
-                   true);
+    const int width = random_.Between(1, 11), height = random_.Between(1, 11);
+    ExpectLabelled(RandomBits(width, height, 10 + i % 9 * 10, 1), true);
   }
 }
 
@@ -296,8 +296,8 @@ TEST_F(LabelTest, WorkspacesKeepNothing) {
 // For pictures and comparisons: the component of each pixel.
 TEST_F(LabelTest, CanonicalLabelsAreThoseOfTheFloodFill) {
   for (int i = 0; i < 200; ++i) {
-    const BitImage bits =
-        WithoutNoise(RandomBits(random_.Between(1, 140), random_.Between(1, 40), 60, 1 + i % 3));
+    const int width = random_.Between(1, 140), height = random_.Between(1, 40);
+    const BitImage bits = WithoutNoise(RandomBits(width, height, 60, 1 + i % 3));
     const FloodFill slow(bits);
     scalar::Label(bits, &workspace_, &components_);
     const std::vector<uint32_t> labels = CanonicalLabels(components_);

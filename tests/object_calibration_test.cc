@@ -23,8 +23,8 @@ using test::operator*;
 Object HandMade(const Object& object, test::Random* random) {
   Object result = object;
   for (ObjectMarker& marker : result.markers) {
-    marker.R = test::RotationZ(random->Uniform(-0.05, 0.05)) *
-               (test::RotationX(random->Uniform(-0.03, 0.03)) * marker.R);
+    const double x = random->Uniform(-0.03, 0.03), z = random->Uniform(-0.05, 0.05);
+    marker.R = test::RotationZ(z) * (test::RotationX(x) * marker.R);
     for (double& value : marker.t) value += random->Uniform(-0.001, 0.001);
   }
   return result;

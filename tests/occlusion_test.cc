@@ -121,7 +121,8 @@ TEST_P(OcclusionTest, NothingIsReadWrong) {
   int partial = 0;
   for (int i = 0; i < 160; ++i) {
     Frame frame = MakeFrame(GetParam(), &random);
-    Cover(i % 4, random.Uniform(0.05, 0.45), random.Uniform(5, 240), &frame);
+    const double level = random.Uniform(5, 240), part = random.Uniform(0.05, 0.45);
+    Cover(i % 4, part, level, &frame);
     const std::vector<Detection> found = detector.detect(frame.image.view());
     ExpectRight(frame, found);
     partial += found.size() == 1 && found[0].unknown_bits != 0;

@@ -178,7 +178,8 @@ TEST(PhotometricTest, ClutterAroundTheMarkerDoesNoHarm) {
       const double far = 5 * 19 / std::sqrt(2.0) + random.Uniform(8, 30);
       const Point2 center{truth.center.x + far * std::cos(angle),
                           truth.center.y + far * std::sin(angle)};
-      Paint(&image, center, random.Uniform(2, 7), static_cast<uint8_t>(random.Below(256)));
+      const auto grey = static_cast<uint8_t>(random.Below(256));
+      Paint(&image, center, random.Uniform(2, 7), grey);
     }
     const Detection found = DetectOne(scene, image);
     EXPECT_TRUE(found.pose->photometric->accepted);

@@ -55,7 +55,8 @@ TEST_P(WorkersTest, EveryIndexOnce) {
 TEST_P(WorkersTest, EveryTaskOnceInEitherDirection) {
   Random random(2);
   for (int job = 0; job < 20000; ++job) {
-    ExpectEachOnce(&workers_, random.Below(12), random.Chance(50));
+    const bool is_backward = random.Chance(50);
+    ExpectEachOnce(&workers_, random.Below(12), is_backward);
     if (HasFatalFailure()) return;
   }
 }

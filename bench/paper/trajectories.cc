@@ -83,7 +83,8 @@ Trajectory FreeMotion(int frames, const Photos& photos) {
     const double tilt = random.Uniform(0, 45);
     const double distance = random.Uniform(0.2, FarthestAt(tilt));
     const Vector3 t = PlaceAt(random.Uniform(0, 1), 0.7, distance);
-    const Matrix3 R = Turned(t, tilt, random.Uniform(0, 360), random.Uniform(0, 360));
+    const double roll = random.Uniform(0, 360), axis = random.Uniform(0, 360);
+    const Matrix3 R = Turned(t, tilt, axis, roll);
     Scene scene = PaperScene(R, t, 300000 + static_cast<uint64_t>(i));
     scene.blur = random.Uniform(0.5, 1.5);
     scene.exposure = 0.01;
