@@ -25,7 +25,6 @@ constexpr hn::CappedTag<int16_t, 16> kRanks;
 constexpr hn::CappedTag<int32_t, 16> kIndices;
 constexpr hn::RebindToUnsigned<decltype(kIndices)> kLabels;
 constexpr hn::Rebind<int16_t, decltype(kIndices)> kRanksOfIndices;
-constexpr hn::Rebind<uint8_t, decltype(kLabels)> kBytes;
 constexpr size_t kMaxLanes = 16;
 
 // Some neighbouring runs of a row, and the first and the last run above that each touches.
@@ -70,6 +69,7 @@ HWY_INLINE void FindContacts(const int16_t* rank, int count, Contacts* contacts)
 // Labels of neighbouring runs, in vectors and without a branch: Compress is an instruction here.
 
 static_assert(hn::MaxLanes(kLabels) == hn::MaxLanes(kRanks), "one vector of labels");
+constexpr hn::Rebind<uint8_t, decltype(kLabels)> kBytes;
 
 HWY_ALIGN constexpr int32_t kLaneBefore[kMaxLanes] = {0, 0, 1, 2,  3,  4,  5,  6,
                                                       7, 8, 9, 10, 11, 12, 13, 14};
