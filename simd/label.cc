@@ -68,8 +68,8 @@ HWY_INLINE void FindContacts(const int16_t* rank, int count, Contacts* contacts)
 
 // Labels of neighbouring runs, in vectors and without a branch: Compress is an instruction here.
 
-static_assert(hn::MaxLanes(kLabels) == hn::MaxLanes(kRanks), "one vector of labels");
 constexpr hn::Rebind<uint8_t, decltype(kLabels)> kBytes;
+static_assert(hn::MaxLanes(kLabels) == hn::MaxLanes(kRanks), "one vector of labels");
 
 HWY_ALIGN constexpr int32_t kLaneBefore[kMaxLanes] = {0, 0, 1, 2,  3,  4,  5,  6,
                                                       7, 8, 9, 10, 11, 12, 13, 14};
