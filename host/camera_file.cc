@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/file.h"
+#include "host/one_line.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -25,13 +26,8 @@ constexpr size_t kMaxQuoted = 40;
 constexpr double kSkewTolerance = 1e-6;
 constexpr double kZeroTolerance = 1e-9;
 
-// The message is one line, whatever the file name or a value in the file holds.
 [[noreturn]] void Fail(ErrorCode code, const std::string& path, const std::string& reason) {
-  std::string message = "camera file '" + path + "': " + reason;
-  for (char& c : message) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  throw Error(code, message);
+  throw Error(code, OneLine("camera file '" + path + "': " + reason));
 }
 
 std::string Quoted(const std::string& text) {

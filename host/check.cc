@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "host/one_line.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -16,7 +17,9 @@ std::string Text(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-void FailArgument(const std::string& message) { throw Error(ErrorCode::kInvalidArgument, message); }
+void FailArgument(const std::string& message) {
+  throw Error(ErrorCode::kInvalidArgument, OneLine(message));
+}
 
 void RequireNotNull(const void* pointer, const std::string& name) {
   if (pointer == nullptr) FailArgument(name + " is null");

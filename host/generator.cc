@@ -183,6 +183,14 @@ void DrawCell(const MarkerDesign& design, const PrintOptions& options, PrintForm
             std::min({kMaxLabelMm, 0.4 * layout.gap, widest}), surface);
 }
 
+void RequireOnePage(size_t markers, const SheetLayout& layout) {
+  const size_t per_page = layout.columns * layout.rows;
+  if (markers <= per_page) return;
+  FailArgument(std::to_string(markers) + " markers need " +
+               std::to_string((markers + per_page - 1) / per_page) +
+               " pages: PNG and SVG hold one, PDF as many as needed");
+}
+
 }  // namespace
 
 void WriteMarker(const MarkerDesign& design, const PrintOptions& options, const std::string& path) {
@@ -206,14 +214,13 @@ void WriteSheet(const std::vector<MarkerDesign>& designs, const PrintOptions& op
     const Print print(design, options, format);
     width = std::max(width, print.width);
     height = std::max(height, print.height);
+    // At once: drawing a long list takes its time.
+    if (format != PrintFormat::kPdf) {
+      RequireOnePage(designs.size(), SheetLayout(sheet, width, height));
+    }
   }
   const SheetLayout layout(sheet, width, height);
   const size_t per_page = layout.columns * layout.rows;
-  if (format != PrintFormat::kPdf && designs.size() > per_page) {
-    FailArgument(std::to_string(designs.size()) + " markers need " +
-                 std::to_string((designs.size() + per_page - 1) / per_page) +
-                 " pages: PNG and SVG hold one, PDF as many as needed");
-  }
   const auto surface =
       MakePrintSurface(format, sheet.page_width_mm, sheet.page_height_mm, options.dpi);
   for (size_t i = 0; i < designs.size(); ++i) {

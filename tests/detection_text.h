@@ -56,7 +56,7 @@ class DetectionText {
   }
   void Add(const Detection& d) {
     text_ += d.family.name() + " " + std::to_string(d.id) + " of which unknown " +
-             std::to_string(d.unknown_bits) + "\ncenter";
+             std::to_string(d.unknown_bits) + (d.inverted ? " inverted" : "") + "\ncenter";
     Add(d.center);
     Add("\ncorners");
     for (const Point2& p : d.corners) Add(p);
@@ -66,6 +66,9 @@ class DetectionText {
       Add("\nmargin");
       Add(*d.margin);
     }
+    Add("\nquality");
+    const Quality& q = d.quality;
+    for (const double value : {q.contrast, q.decision, q.sharpness, q.rms_px}) Add(value);
     if (d.pose) Add(*d.pose);
     text_ += "\n";
   }

@@ -347,6 +347,16 @@ TEST_F(GeneratorTest, SheetsTakeAsManyPagesAsNeeded) {
   EXPECT_EQ(FileCount(), 1u);
 }
 
+// Without looking at all markers of a long list: here the last one would be refused.
+TEST_F(GeneratorTest, TooManyForOnePageIsToldAtOnce) {
+  PrintOptions print;
+  print.size_mm = 50;
+  std::vector<MarkerDesign> designs(25, Design(4, 0));
+  designs.back().id = designs.back().family.size();
+  EXPECT_NE(SheetError(designs, print, {}, "sheet.svg").find("25 markers need 3 pages"),
+            std::string::npos);
+}
+
 TEST_F(GeneratorTest, SheetsShowMarkersAndLabels) {
   PrintOptions print;
   print.size_mm = 17 * 2.54;

@@ -155,6 +155,14 @@ TEST(MisuseTest, OtherOptions) {
 }
 
 // A region that begins in the frame, but whose end overflows.
+// Names come from files, too, and may hold anything.
+TEST(MisuseTest, NamesWithControlCharacters) {
+  const std::string name = "4x4\n\x1b[2J";
+  ExpectRefused("'4x4  [2J'", [&] { Family::Parse(name); });
+  ExpectRefused("'4x4  [2J'", [&] { ParseBackend(name); });
+  ExpectRefused("'4x4  [2J'", [&] { ParseInnerShape(name); });
+}
+
 TEST(MisuseTest, RegionsThatOverflow) {
   const Image image(kWidth, kHeight);
   for (const Rect& roi : {Rect{1, 1, INT_MAX, 5}, Rect{1, 1, 5, INT_MAX}, Rect{INT_MAX, 1, 5, 5},

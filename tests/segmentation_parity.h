@@ -1,6 +1,8 @@
 #ifndef TOPOTAG_TESTS_SEGMENTATION_PARITY_H_
 #define TOPOTAG_TESTS_SEGMENTATION_PARITY_H_
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -17,6 +19,13 @@
 #include "topotag/error.h"
 
 namespace topotag {
+
+/// So many of SegmentationParity's subjects, a backend with its target and threads each, from one
+/// on, in a circle.
+struct SubjectRange {
+  size_t first = 0;
+  size_t count = SIZE_MAX;  ///< all, where it is larger
+};
 
 /// Runs frames through the stages of all backends: simd on every target, opencl where this build
 /// and machine have it, each with every number of threads. Their workspaces stay from frame to
@@ -46,7 +55,8 @@ class SegmentationParity {
   bool has_opencl() const { return has_opencl_; }
 
   /// The first difference from the scalar backend, with the backend and its threads.
-  std::string Difference(const ImageView& image, const ThresholdParams& params, Random* random) {
+  std::string Difference(const ImageView& image, const ThresholdParams& params, Random* random,
+                         const SubjectRange& which = {}) {
     StageTimes times;
     scalar_.Binarize(image, params, &bits_, &times);
     scalar_.Label(bits_, &components_);
@@ -58,7 +68,8 @@ class SegmentationParity {
     SlotsOfLabels(components_, slot, &label_slot);
     features_.resize(slots);
     scalar_.Measure(components_, label_slot.data(), slots, features_.data());
-    for (Subject& subject : subjects_) {
+    for (size_t i = 0; i < std::min(which.count, subjects_.size()); ++i) {
+      Subject& subject = subjects_[(which.first + i) % subjects_.size()];
       const std::string difference = DifferenceOf(image, params, slot, &subject);
       if (!difference.empty()) {
         return subject.name + ", " + std::to_string(subject.threads) + " threads: " + difference;

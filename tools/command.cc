@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "host/one_line.h"
 #include "topotag/error.h"
 
 namespace topotag::tools {
@@ -143,11 +144,7 @@ void CheckId(Family family, uint64_t id) {
 }
 
 void Complain(const std::string& message) {
-  std::string line = "topotag: " + message;
-  // One line, whatever bytes of a file a message quotes.
-  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
-  std::replace_if(line.begin(), line.end(), is_control, ' ');
-  std::fprintf(stderr, "%s\n", line.c_str());
+  std::fprintf(stderr, "topotag: %s\n", OneLine(message).c_str());
 }
 
 std::string Named(const std::string& subject, const std::string& message) {

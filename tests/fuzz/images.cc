@@ -1,23 +1,23 @@
-// Images of any size, stride and content through every backend that runs on the processor, with any
-// options. Grid, bits, components and features are the same, bit for bit, on every Highway target;
-// detections on two of them, which the input chooses, one with two threads: all take too long.
+// Images of any size, stride and content through the backends that run on the processor, with any
+// options. The input chooses what is compared with the scalar backend, bit for bit: the results of
+// the stages, detections, or tracks in a video; and with which Highway targets and how many
+// threads: all of them take too long.
 
-#include <algorithm>
-#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "tests/detection_text.h"
-#include "tests/fuzz/input.h"
-#include "tests/fuzz/painted_scene.h"
+#include "tests/fuzz/described_case.h"
 #include "tests/fuzz/target.h"
 #include "tests/random_image.h"
-#include "tests/scene_util.h"
 #include "tests/segmentation_parity.h"
 #include "tests/simd_targets.h"
 #include "topotag/detector.h"
+#include "topotag/tracker.h"
 
 #if defined(__SANITIZE_ADDRESS__)
 #define TOPOTAG_POISON 1
@@ -32,8 +32,6 @@
 
 namespace topotag::fuzz {
 namespace {
-
-constexpr int kMaxPixels = 1 << 14;  // larger pictures take longer, nothing else
 
 /// While it lives, what lies between the rows of an image must not be read.
 class PoisonedPadding {
@@ -61,147 +59,128 @@ class PoisonedPadding {
   ImageView image_;
 };
 
-struct Described {
-  Options options;
-  ThresholdParams threshold;
-  bool warm;      ///< the detectors have seen another frame before
-  size_t target;  ///< the first of the two
+/// What a case compares with the scalar backend.
+class Subject {
+ public:
+  explicit Subject(size_t number) {
+    static const std::vector<int64_t> targets = SimdTargets();
+    forced_.emplace(targets[number % targets.size()]);
+    threads_ = 1 + static_cast<int>(number / targets.size() % kThreads);
+  }
+
+  Options Of(Options options) const {
+    options.threads = threads_;
+    options.backend = BackendKind::kSimd;
+    return options;
+  }
+  [[noreturn]] void Fail(const std::string& name, const std::string& actual,
+                         const std::string& expected) const {
+    Abort(name + ", " + std::to_string(threads_) + " threads:\n" + actual + "instead of\n" +
+          expected);
+  }
+
+ private:
+  static constexpr size_t kThreads = 3;
+
+  std::optional<ForcedTarget> forced_;
+  int threads_;
 };
 
-std::vector<Family> DescribedFamilies(Input* input) {
-  const int mask = input->Between(1, 127);
-  if (mask >= 64) return Options().families;
-  std::vector<Family> families;
-  for (int i = 0; i < 6; ++i) {
-    if ((mask >> i & 1) != 0) families.emplace_back(Family::kMinN + i);
-  }
-  return families;
-}
-
-Camera DescribedCamera(Input* input, int width, int height) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = input->Real(0.3, 3) * std::max(width, height);
-  camera.fy = camera.fx * input->Real(0.8, 1.2);
-  camera.cx = input->Real(0.2, 0.8) * width;
-  camera.cy = input->Real(0.2, 0.8) * height;
-  const int lens = input->Between(0, 6);
-  if (lens == 0 || lens > 3) return camera;
-  camera.model = lens == 1 ? DistortionModel::kFisheye : DistortionModel::kBrown;
-  const size_t count = lens == 1 ? 4 : lens == 2 ? 5 : 14;
-  for (size_t i = 0; i < count; ++i) camera.distortion[i] = input->Real(-0.3, 0.3);
-  return camera;
-}
-
-Rect DescribedRoi(Input* input, int width, int height) {
-  Rect roi;
-  roi.x = input->Between(0, 65535) % width;
-  roi.y = input->Between(0, 65535) % height;
-  roi.width = 1 + input->Between(0, 65535) % (width - roi.x);
-  roi.height = 1 + input->Between(0, 65535) % (height - roi.y);
-  return roi;
-}
-
-Described DescribedRun(Input* input, int width, int height) {
-  Described run;
-  Options& options = run.options;
-  options.families = DescribedFamilies(input);
-  const int flags = input->Byte();
-  if ((flags & 7) == 0) options.preset = Preset::kPaper;
-  options.far = (flags & 0x18) == 0x18;
-  options.pre_blur = (flags & 0x60) == 0;
-  run.warm = (flags & 0x80) != 0;
-  constexpr std::array<int, 4> kHiddenNodes{0, 0, 3, kMaxVertices};
-  options.hidden_nodes = kHiddenNodes[static_cast<size_t>(input->Between(0, 3))];
-  const int geometry = input->Byte();
-  if ((geometry & 3) != 0) options.camera = DescribedCamera(input, width, height);
-  if ((geometry & 12) != 0) options.tag_size = input->Real(0.001, 1);
-  if ((geometry & 16) != 0) options.pose = PoseMode::kPhotometric;
-  if ((geometry & 0xe0) == 0) options.roi = DescribedRoi(input, width, height);
-  if ((geometry & 0xe0) == 0x20)
-    options.ids[options.families[0].n()] = {input->Byte() & 127u, 5, 100};
-  run.threshold.preset = options.preset;
-  run.target = input->Byte();
-  return run;
-}
-
-std::string Detections(Detector* detector, const ImageView& image, bool warm) {
-  if (warm && !detector->options().camera && !detector->options().roi) {
-    detector->detect({image.data, (image.width + 1) / 2, (image.height + 1) / 2, image.stride});
-  }
-  return DetectionText(detector->detect(image)).str();
-}
-
-void CompareDetections(const ImageView& image, const Described& run) {
-  Options options = run.options;
+Options Scalar(Options options) {
   options.threads = 1;
   options.backend = BackendKind::kScalar;
-  Detector scalar(options);
-  const std::string expected = Detections(&scalar, image, false);
-  options.backend = BackendKind::kSimd;
-  const std::vector<int64_t> targets = SimdTargets();
-  for (options.threads = 1; options.threads <= 2; ++options.threads) {
-    const size_t target = run.target + static_cast<size_t>(options.threads);
-    const ForcedTarget forced(targets[target % targets.size()]);
-    Detector detector(options);
-    const std::string actual = Detections(&detector, image, run.warm);
-    if (actual == expected) continue;
-    Abort(detector.backend() + ", " + std::to_string(options.threads) + " threads:\n" + actual +
-          "instead of\n" + expected);
+  return options;
+}
+
+std::vector<Detection> Detected(Detector* detector, const ImageView& image, bool pipelined) {
+  if (!pipelined) return detector->detect(image);
+  const bool has_size = detector->options().camera || detector->options().roi;
+  const ImageView half{image.data, (image.width + 1) / 2, (image.height + 1) / 2, image.stride};
+  detector->submit(has_size ? image : half);
+  detector->submit(image);
+  std::vector<Detection> detections;
+  for (int i = 0; i < 2; ++i) Require(detector->collect(&detections), "a frame is not given back");
+  return detections;
+}
+
+std::string Detections(Detector* detector, const Case& input, bool pipelined) {
+  const ImageView image = input.picture.view();
+  std::vector<Detection> detections = Detected(detector, image, pipelined);
+  std::string text = DetectionText(detections).str();
+  if (!input.refined || detections.empty() || !detections[0].pose) return text;
+  text += detector->refine(image, &detections[0]) ? "refined\n" : "not refined\n";
+  detections.resize(1);
+  return text + DetectionText(detections).str();
+}
+
+void CompareDetections(const Case& input) {
+  const PoisonedPadding poisoned(input.picture.view());
+  const Subject subject(input.subject);
+  Detector scalar(Scalar(input.options.detection));
+  const std::string expected = Detections(&scalar, input, false);
+  Detector detector(subject.Of(input.options.detection));
+  const std::string actual = Detections(&detector, input, input.pipelined);
+  if (actual != expected) subject.Fail(detector.backend(), actual, expected);
+}
+
+std::string Tracks(Tracker* tracker, const ImageView& frame) {
+  std::string text = DetectionText(tracker->track(frame)).str();
+  for (const TrackState& state : tracker->states()) {
+    for (const auto value : {state.number, static_cast<uint64_t>(state.age),
+                             static_cast<uint64_t>(state.missed), uint64_t{state.in_region}}) {
+      text += std::to_string(value) + " ";
+    }
+  }
+  for (const Rect& region : tracker->regions()) {
+    for (const int value : {region.x, region.y, region.width, region.height}) {
+      text += std::to_string(value) + " ";
+    }
+  }
+  return text + (tracker->searched_whole() ? "whole, lost " : "regions, lost ") +
+         std::to_string(tracker->lost()) + "\n";
+}
+
+void CompareTracks(const Case& video) {
+  const Subject subject(video.subject);
+  TrackerOptions options = video.options;
+  options.detection = Scalar(video.options.detection);
+  Tracker scalar(options);
+  options.detection = subject.Of(video.options.detection);
+  Tracker tracker(options);
+  for (const Shot& shot : video.shots) {
+    const PaddedImage frame = Frame(video, shot);
+    const PoisonedPadding poisoned(frame.view());
+    if (shot.event == Shot::Event::kReset) {
+      scalar.reset();
+      tracker.reset();
+    }
+    const std::string expected = Tracks(&scalar, frame.view());
+    const std::string actual = Tracks(&tracker, frame.view());
+    if (actual != expected) subject.Fail(tracker.backend(), actual, expected);
   }
 }
 
-void CompareStages(const ImageView& image, const Described& run, uint64_t seed) {
+void CompareStages(const Case& input, uint64_t seed) {
+  constexpr size_t kSubjects = 3;
   // Their workspaces stay from input to input, of any size.
   static SegmentationParity parity({1, 2});
+  const PoisonedPadding poisoned(input.picture.view());
+  ThresholdParams threshold;
+  threshold.preset = input.options.detection.preset;
   Random random(seed);
-  const std::string difference = parity.Difference(image, run.threshold, &random);
+  const std::string difference =
+      parity.Difference(input.picture.view(), threshold, &random, {input.subject, kSubjects});
   if (!difference.empty()) Abort(difference);
 }
 
-PaddedImage DescribedImage(Input* input, const Options& options, int width, int height,
-                           int padding) {
-  PaddedImage image(width, height, padding);
-  image.FillPadding(input->Byte());
-  if (input->Byte() % 4 != 0) {
-    const Camera usual = test::PinholeCamera(width, height, std::max(width, height));
-    PaintScene(input, options.camera.value_or(usual), &image);
-    return image;
-  }
-  // What is missing is repeated.
-  const std::string pixels = input->Rest() + '\0';
-  size_t next = 0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x, ++next) {
-      image.row(y)[x] = static_cast<uint8_t>(pixels[next % pixels.size()]);
-    }
-  }
-  return image;
+Case CaseOf(const std::string& bytes) {
+  return DescribedCase(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
 }
 
-/// What the bytes of an input describe.
-struct Case {
-  Described run;
-  PaddedImage image;
-};
-
-Case DescribedCase(const uint8_t* data, size_t size) {
-  Input input(data, size);
-  const int side = input.Byte();
-  const int width = 1 + (side >= 0x80 ? 60 + (side & 0x7f) : side) + input.Between(0, 15);
-  const int height = 1 + (side >= 0x80 ? 60 : 0) + input.Byte();
-  const int padding = input.Flag() ? 0 : input.Byte();
-  const int whole_height = std::min(height, kMaxPixels / width);
-  const Described run = DescribedRun(&input, width, whole_height);
-  return {run, DescribedImage(&input, run.options, width, whole_height, padding)};
-}
-
-bool HasMarkers(const std::string& bytes) {
-  const Case scene = DescribedCase(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size());
-  Options options = scene.run.options;
-  options.backend = BackendKind::kScalar;
-  return !Detector(options).detect(scene.image.view()).empty();
+bool HasMarkers(const Case& input) {
+  Detector detector(Scalar(input.options.detection));
+  if (input.check != Check::kTracks) return !detector.detect(input.picture.view()).empty();
+  return !detector.detect(Frame(input, input.shots[0]).view()).empty();
 }
 
 }  // namespace
@@ -209,13 +188,13 @@ bool HasMarkers(const std::string& bytes) {
 // Random bytes describe random scenes. In most of those that are kept markers are found: this also
 // proves that the painted ones are.
 std::vector<std::string> Seeds() {
-  constexpr size_t kLength = 120, kWithMarkers = 40, kWithout = 10;
+  constexpr size_t kLength = 160, kWithMarkers = 40, kWithout = 10;
   std::mt19937_64 random(1);
   std::vector<std::string> with, without;
-  for (int tries = 0; tries < 500 && with.size() < kWithMarkers; ++tries) {
+  for (int tries = 0; tries < 1000 && with.size() < kWithMarkers; ++tries) {
     std::string bytes(kLength, '\0');
     for (char& c : bytes) c = static_cast<char>(random());
-    if (HasMarkers(bytes)) {
+    if (HasMarkers(CaseOf(bytes))) {
       with.push_back(bytes);
     } else if (without.size() < kWithout) {
       without.push_back(bytes);
@@ -229,12 +208,11 @@ std::vector<std::string> Seeds() {
 }  // namespace topotag::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  using namespace topotag;
-  fuzz::HideDevices();
-  const fuzz::Case scene = fuzz::DescribedCase(data, size);
-  const ImageView image = scene.image.view();
-  const fuzz::PoisonedPadding poisoned(image);
-  fuzz::CompareStages(image, scene.run, size);
-  fuzz::CompareDetections(image, scene.run);
+  using namespace topotag::fuzz;
+  HideDevices();
+  const Case input = DescribedCase(data, size);
+  if (input.check == Check::kStages) CompareStages(input, size);
+  if (input.check == Check::kDetections) CompareDetections(input);
+  if (input.check == Check::kTracks) CompareTracks(input);
   return 0;
 }

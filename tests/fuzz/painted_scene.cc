@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "tests/scene_util.h"
@@ -20,7 +21,7 @@ struct PaintedMarker {
   int shape;      ///< 0: squares, 1: discs, 2: between the two
   double frame;   ///< units
   int black, white;
-  Matrix3 to_units;
+  Matrix3 to_pixels, to_units;
 };
 
 Matrix3 Inverse(const Matrix3& m) {
@@ -40,8 +41,8 @@ Matrix3 Inverse(const Matrix3& m) {
   return inverse;
 }
 
-// Seen by the camera without its lens: about as large as the picture allows, or smaller, to a
-// fraction of a pixel a unit; tilted about any axis.
+// From units to pixels. Seen by the camera without its lens: about as large as the picture allows,
+// or smaller, to a fraction of a pixel a unit; tilted about any axis.
 Matrix3 DescribedMap(Input* input, const Camera& camera, int side) {
   const bool is_small = input->Byte() % 4 == 0;
   const double whole = 0.95 * std::min(camera.width, camera.height) / (side + 2);
@@ -60,7 +61,7 @@ Matrix3 DescribedMap(Input* input, const Camera& camera, int side) {
   const Matrix3 plane{
       {{r[0][0], r[0][1], x * z}, {r[1][0], r[1][1], y * z}, {r[2][0], r[2][1], z}}};
   const Matrix3 lens{{{camera.fx, 0, camera.cx}, {0, camera.fy, camera.cy}, {0, 0, 1}}};
-  return Inverse(lens * plane);
+  return lens * plane;
 }
 
 PaintedMarker DescribedMarker(Input* input, const Camera& camera) {
@@ -73,7 +74,9 @@ PaintedMarker DescribedMarker(Input* input, const Camera& camera) {
   const bool is_faint = input->Byte() % 8 == 0;
   marker.black = input->Between(0, is_faint ? 120 : 60);
   marker.white = 255 - input->Between(0, is_faint ? 120 : 60);
-  marker.to_units = DescribedMap(input, camera, marker.family.white_side());
+  if (input->Byte() % 8 == 0) std::swap(marker.black, marker.white);
+  marker.to_pixels = DescribedMap(input, camera, marker.family.white_side());
+  marker.to_units = Inverse(marker.to_pixels);
   return marker;
 }
 
@@ -111,10 +114,32 @@ int LevelAt(const PaintedMarker& marker, double x, double y) {
   return has_hole && IsInside(marker.shape, dx, dy, 0.5) ? marker.white : marker.black;
 }
 
+// The pixels that a marker may cover.
+Rect BoxOf(const PaintedMarker& marker, const ImageView& view) {
+  const double reach = 0.5 * marker.family.white_side() + marker.frame;
+  double x0 = view.width, x1 = 0, y0 = view.height, y1 = 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    Vector3 p;
+    for (size_t i = 0; i < 3; ++i) {
+      const auto& row = marker.to_pixels[i];
+      p[i] = row[0] * (corner % 2 != 0 ? reach : -reach) +
+             row[1] * (corner / 2 != 0 ? reach : -reach) + row[2];
+    }
+    if (p[2] <= 0) return {0, 0, view.width, view.height};
+    x0 = std::min(x0, p[0] / p[2]), x1 = std::max(x1, p[0] / p[2]);
+    y0 = std::min(y0, p[1] / p[2]), y1 = std::max(y1, p[1] / p[2]);
+  }
+  const auto clamped = [](double value, int count) {
+    return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(count)));
+  };
+  const int x = clamped(x0 - 1, view.width), y = clamped(y0 - 1, view.height);
+  return {x, y, clamped(x1 + 2, view.width) - x, clamped(y1 + 2, view.height) - y};
+}
+
 void PaintMarker(const PaintedMarker& marker, PaddedImage* image) {
-  const ImageView view = image->view();
-  for (int y = 0; y < view.height; ++y) {
-    for (int x = 0; x < view.width; ++x) {
+  const Rect box = BoxOf(marker, image->view());
+  for (int y = box.y; y < box.y + box.height; ++y) {
+    for (int x = box.x; x < box.x + box.width; ++x) {
       int sum = 0;
       for (int sample = 0; sample < 4; ++sample) {
         const Vector3 pixel{x - 0.25 + 0.5 * (sample & 1), y - 0.25 + 0.5 * (sample >> 1), 1};

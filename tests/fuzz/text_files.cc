@@ -112,7 +112,8 @@ std::vector<std::string> Seeds() {
       std::string(1, kScene) +
           SceneText(R"("velocity": [0.1, 0, 0], "angular_velocity": [0, 1, 0], "white": 250,)",
                     R"(, "exposure": 0.01, "row_time": 1e-4)"),
-      std::string(1, kScene) + R"({"camera": "camera.yaml", "background": "wall.png"})"};
+      std::string(1, kScene) + R"({"camera": "camera.yaml", "background": "wall.png"})",
+      std::string(1, kScene) + R"({"camera": {"wi\ndth": 64}})"};
 }
 
 }  // namespace topotag::fuzz
