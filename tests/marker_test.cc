@@ -301,7 +301,10 @@ TEST(MarkerTest, IdsAndWidthsOutOfRange) {
 
 TEST(MarkerTest, ShapeNames) {
   for (const InnerShape shape : kInnerShapes) EXPECT_EQ(ParseInnerShape(Name(shape)), shape);
+  EXPECT_STREQ(Name(OuterShape::kSquare), "square");
+  EXPECT_STREQ(Name(OuterShape::kCircle), "circle");
   EXPECT_STREQ(Name(OuterShape::kButterfly), "butterfly");
+  EXPECT_STREQ(Name(OuterShape::kPolygon), "polygon");
   EXPECT_THROW(ParseInnerShape("triangle"), Error);
   EXPECT_THROW(ParseInnerShape(""), Error);
 }

@@ -89,6 +89,9 @@ TEST(MisuseOfScenesTest, Pictures) {
       s->occluders.push_back({{{0, 0}, {1, 0}, {1, 1}}, 40, marker});
     });
   }
+  ExpectSceneRefused("more than 4000 points", [](Scene* s) {
+    s->occluders.push_back({std::vector<Point2>(4001, {1, 1}), 40, -1});
+  });
   const uint8_t pixel = 0;
   ExpectSceneRefused("stride", [&](Scene* s) { s->background_image = {&pixel, 9, 9, 8}; });
   ExpectSceneRefused("size", [&](Scene* s) { s->background_image = {&pixel, -9, 9, 9}; });

@@ -326,6 +326,15 @@ void ExpectSame(const Detection& a, const Detection& b) {
   EXPECT_EQ(a.pose->photometric->growth, b.pose->photometric->growth);
 }
 
+TEST(PhotometricTest, RoundNodesInARoundOutlineAreFittedWithoutIt) {
+  const Errors errors = RmsErrors(8, 5, 35, SmallCamera(), [](Scene* scene) {
+    scene->markers[0].design.inner = InnerShape::kCircle;
+    scene->markers[0].design.outer = OuterShape::kCircle;
+  });
+  EXPECT_LT(errors.position, 1e-4);
+  EXPECT_LT(errors.rotation, 0.03);
+}
+
 TEST(PhotometricTest, RefineIsTheOptionsStep) {
   const Scene scene = MakeScene(5, 30, SmallCamera(), 6);
   const Image image = RenderScene(scene);
