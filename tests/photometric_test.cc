@@ -335,6 +335,15 @@ TEST(PhotometricTest, RoundNodesInARoundOutlineAreFittedWithoutIt) {
   EXPECT_LT(errors.rotation, 0.03);
 }
 
+TEST(PhotometricTest, WithoutACameraThereIsNoPose) {
+  const Scene scene = MakeScene(5, 30, SmallCamera(), 6);
+  Options options = MakeOptions(scene);
+  options.camera.reset();
+  const std::vector<Detection> found = Detector(options).detect(RenderScene(scene).view());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_FALSE(found[0].pose);
+}
+
 TEST(PhotometricTest, RefineIsTheOptionsStep) {
   const Scene scene = MakeScene(5, 30, SmallCamera(), 6);
   const Image image = RenderScene(scene);
@@ -395,6 +404,7 @@ TEST_P(PhotometricTargetTest, GivesTheSamePoses) {
       scenes.back().markers[0].design.inner = shape;
     }
   }
+  scenes[3].markers[0].design.outer = OuterShape::kCircle;  // nodes and outline are round
   scenes[1].camera.model = DistortionModel::kBrown;
   scenes[1].camera.distortion[0] = -0.1;
   const std::vector<Detection>& reference = Reference(scenes);
