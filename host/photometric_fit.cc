@@ -59,14 +59,10 @@ class Histogram {
   }
   int count() const { return count_; }
   double Median() const {
+    size_t i = 0;
     int below = 0;
-    for (size_t i = 0; i < kBins; ++i) {
-      if (2 * (below + bins_[i]) >= count_) {
-        return (static_cast<double>(i) + (0.5 * count_ - below) / std::max(bins_[i], 1)) / scale_;
-      }
-      below += bins_[i];
-    }
-    return kBins / scale_;
+    while (2 * (below + bins_[i]) < count_) below += bins_[i++];
+    return (static_cast<double>(i) + (0.5 * count_ - below) / std::max(bins_[i], 1)) / scale_;
   }
 
  private:

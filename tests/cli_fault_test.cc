@@ -97,6 +97,14 @@ class CliFaultTest : public CliTest {
   }
 };
 
+// A user's own limit, of which OpenCV tells by an exception.
+TEST_F(CliFaultTest, AnImageThatOpenCvRefuses) {
+  const Outcome outcome =
+      Shell("OPENCV_IO_MAX_IMAGE_WIDTH=100 '" + std::string(TOPOTAG_CLI) + "' detect scene.png");
+  ExpectComplaintOf(outcome, {"scene.png: cannot read image: cannot be decoded: ", "WIDTH"});
+  EXPECT_EQ(outcome.out, "");
+}
+
 TEST_F(CliFaultTest, AFullDisk) {
   const Strings before = Names(folder_);
   const std::string what = "File too large";

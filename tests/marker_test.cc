@@ -299,9 +299,20 @@ TEST(MarkerTest, IdsAndWidthsOutOfRange) {
   }
 }
 
+TEST(MarkerTest, OneVertexIsOneOfAll) {
+  for (int n = Family::kMinN; n <= Family::kMaxN; ++n) {
+    const std::vector<Point2> all = ModelVertices(Family(n));
+    ASSERT_EQ(all.size(), static_cast<size_t>(n * n));
+    for (int i = 0; i < n * n; ++i) EXPECT_EQ(ModelVertex(Family(n), i), all[i]) << n << " " << i;
+  }
+}
+
 TEST(MarkerTest, ShapeNames) {
   for (const InnerShape shape : kInnerShapes) EXPECT_EQ(ParseInnerShape(Name(shape)), shape);
+  EXPECT_STREQ(Name(OuterShape::kSquare), "square");
+  EXPECT_STREQ(Name(OuterShape::kCircle), "circle");
   EXPECT_STREQ(Name(OuterShape::kButterfly), "butterfly");
+  EXPECT_STREQ(Name(OuterShape::kPolygon), "polygon");
   EXPECT_THROW(ParseInnerShape("triangle"), Error);
   EXPECT_THROW(ParseInnerShape(""), Error);
 }

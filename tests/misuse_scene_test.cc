@@ -51,6 +51,13 @@ TEST(MisuseOfScenesTest, Markers) {
   ExpectSceneRefused("ID", [](Scene* s) { s->markers[0].design.id = UINT64_MAX; });
   ExpectSceneRefused("reflection", [](Scene* s) { s->markers[0].R[2][2] = -1; });
   ExpectSceneRefused("rotation", [](Scene* s) { s->markers[0].R = {}; });
+  ExpectSceneRefused("crosses itself", [](Scene* s) {
+    // Ink grows over a strip of white from both sides.
+    s->markers[0].growth = 0.3;
+    s->markers[0].design.outer = OuterShape::kPolygon;
+    s->markers[0].design.polygon = {{-9, -9},  {9, -9},  {9, -0.2}, {12, -0.2},
+                                    {12, 0.2}, {9, 0.2}, {9, 9},    {-9, 9}};
+  });
   for (const int shape : {-1, 77}) {
     ExpectSceneRefused(
         "inner", [&](Scene* s) { s->markers[0].design.inner = static_cast<InnerShape>(shape); });
@@ -89,6 +96,9 @@ TEST(MisuseOfScenesTest, Pictures) {
       s->occluders.push_back({{{0, 0}, {1, 0}, {1, 1}}, 40, marker});
     });
   }
+  ExpectSceneRefused("more than 4000 points", [](Scene* s) {
+    s->occluders.push_back({std::vector<Point2>(4001, {1, 1}), 40, -1});
+  });
   const uint8_t pixel = 0;
   ExpectSceneRefused("stride", [&](Scene* s) { s->background_image = {&pixel, 9, 9, 8}; });
   ExpectSceneRefused("size", [&](Scene* s) { s->background_image = {&pixel, -9, 9, 9}; });

@@ -193,12 +193,16 @@ TEST(MisuseTest, Tracker) {
   ExpectRefused("detections", [&] { tracker.track(good.view(), nullptr); });
   ExpectRefused("null", [&] { tracker.track({}, &detections); });
   EXPECT_TRUE(detections.empty());
-  const Tracker other = std::move(tracker);
+  Tracker other = std::move(tracker);
   for (const std::function<void()>& call : std::vector<std::function<void()>>{
            [&] { tracker.track(good.view()); }, [&] { tracker.states(); }, [&] { tracker.reset(); },
-           [&] { tracker.times(); }}) {
+           [&] { tracker.times(); }, [&] { tracker.options(); }}) {
     ExpectRefused("moved from", call);
   }
+  const size_t found = other.track(good.view()).size();
+  tracker = std::move(other);
+  EXPECT_EQ(tracker.track(good.view()).size(), found);
+  EXPECT_EQ(tracker.options().detection.tag_size, PoseOptions().tag_size);
 }
 
 TEST(MisuseTest, MovedFromDetector) {

@@ -327,6 +327,24 @@ void ExpectSame(const Detection& a, const Detection& b) {
   EXPECT_EQ(a.pose->photometric->growth, b.pose->photometric->growth);
 }
 
+TEST(PhotometricTest, RoundNodesInARoundOutlineAreFittedWithoutIt) {
+  const Errors errors = RmsErrors(8, 5, 35, SmallCamera(), [](Scene* scene) {
+    scene->markers[0].design.inner = InnerShape::kCircle;
+    scene->markers[0].design.outer = OuterShape::kCircle;
+  });
+  EXPECT_LT(errors.position, 1e-4);
+  EXPECT_LT(errors.rotation, 0.03);
+}
+
+TEST(PhotometricTest, WithoutACameraThereIsNoPose) {
+  const Scene scene = MakeScene(5, 30, SmallCamera(), 6);
+  Options options = MakeOptions(scene);
+  options.camera.reset();
+  const std::vector<Detection> found = Detector(options).detect(RenderScene(scene).view());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_FALSE(found[0].pose);
+}
+
 TEST(PhotometricTest, RefineIsTheOptionsStep) {
   const Scene scene = MakeScene(5, 30, SmallCamera(), 6);
   const Image image = RenderScene(scene);
@@ -387,6 +405,7 @@ TEST_P(PhotometricTargetTest, GivesTheSamePoses) {
       scenes.back().markers[0].design.inner = shape;
     }
   }
+  scenes[3].markers[0].design.outer = OuterShape::kCircle;  // nodes and outline are round
   scenes[1].camera.model = DistortionModel::kBrown;
   scenes[1].camera.distortion[0] = -0.1;
   const std::vector<Detection>& reference = Reference(scenes);

@@ -116,6 +116,28 @@ TEST(QualityTest, RmsIsThatOfTheVertices) {
   }
 }
 
+// Where no node is solid, a hole is compared with the others.
+TEST(QualityTest, MarkersOfHolesAlone) {
+  for (const double level : {205, 165, 125, 85, 45}) {
+    Scene scene;
+    scene.camera = test::PinholeCamera(300, 300, 900);
+    scene.noise = 0;
+    SceneMarker marker;
+    marker.design.id = marker.design.family.size() - 1;
+    marker.t = {0, 0, 0.25};
+    scene.markers.push_back(marker);
+    scene.occluders.push_back({{{5.4, 5.4}, {6.6, 5.4}, {6.6, 6.6}, {5.4, 6.6}}, level, 0});
+    const std::vector<Detection> found = Detector().detect(RenderScene(scene).view());
+    ASSERT_EQ(found.size(), 1u) << level;
+    const bool is_hole = level > 120;  // black is 25, white 215
+    EXPECT_EQ(found[0].id, marker.design.id - (is_hole ? 0 : 1)) << level;
+    if (!is_hole) continue;
+    const double open = found[0].quality.sharpness, hole = (level - 25) / 190;
+    EXPECT_NEAR(open, 1, 0.05) << level;
+    EXPECT_NEAR(found[0].quality.decision, (hole / open - 0.15) / 0.85, 0.01) << level;
+  }
+}
+
 // One hole filled with grey is as uncertain as it is grey.
 TEST(QualityTest, DecisionIsTheLeastCertainBit) {
   double before = 1;
