@@ -106,6 +106,40 @@ TEST_F(CliLimitsTest, TooLittleMemory) {
   EXPECT_FALSE(cv::imread((folder_ / "in" / "large.png").string()).empty());
 }
 
+// A real one, of 64 KiB: what is complete stays, nothing else is left of what did not fit.
+TEST_F(CliLimitsTest, AFileSystemThatFillsUp) {
+  const auto on_small_disk = [&](const std::string& line) {
+    return Shell("unshare --map-root-user --mount sh -c 'mount -t tmpfs -o size=64k none in && { " +
+                 line + "\n}; status=$?; cp -a in/. kept; exit $status'");
+  };
+  if (on_small_disk("true").status != 0) GTEST_SKIP() << "no file system can be mounted here";
+  const std::string cli = TOPOTAG_CLI;
+  fs::create_directory(folder_ / "kept");
+  const std::pair<const char*, const char*> commands[] = {
+      {"render scene.json -o in/new.png", "in/new.png"},
+      {"detect --draw in scene.png", "in/scene.png"},
+      {"detect --stages in scene.png", "in/scene_1_input.png"},
+      {"object grid --rows 50 --columns 50 --tag-size 0.03 --pitch 0.04 --family 5x5 -o in/b.txt",
+       "in/b.txt"}};
+  for (const auto& [command, file] : commands) {
+    const Outcome outcome = on_small_disk(cli + " " + command);
+    EXPECT_EQ(outcome.status, 1) << command;
+    EXPECT_EQ(outcome.err,
+              std::string("topotag: ") + file + ": cannot write: No space left on device\n");
+    EXPECT_EQ(Names(folder_ / "kept"), Strings()) << command;
+  }
+  const Outcome sheet =
+      on_small_disk(cli + " generate --family 5x5 --ids 0-99 --format svg -o in/");
+  EXPECT_EQ(sheet.status, 1);
+  EXPECT_NE(sheet.err.find("No space left on device"), std::string::npos) << sheet.err;
+  const Strings kept = Names(folder_ / "kept");
+  EXPECT_GT(kept.size(), 3u);
+  for (const std::string& name : kept) {
+    const std::string text = ReadFile(folder_ / "kept" / name);
+    EXPECT_NE(text.find("</svg>"), std::string::npos) << name;
+  }
+}
+
 // A pipe that nobody reads from holds the command up until its inputs have gone.
 TEST_F(CliLimitsTest, InputsThatGoAwayDuringABatch) {
   constexpr int kFiles = 400;
