@@ -95,9 +95,8 @@ TEST(PlaceGridTest, FindsWhatIsNear) {
     for (int round = 0; round < 2; ++round) {
       grid.Start(width, height);
       std::vector<Point2> places;
-      const auto place = [&] {
-        return Point2{random.Between(-99, width + 99) / 3.0,
-                      random.Between(-99, height + 99) / 3.0};
+      const auto place = [&random, w = width, h = height] {
+        return Point2{random.Between(-99, w + 99) / 3.0, random.Between(-99, h + 99) / 3.0};
       };
       for (int i = 0; i < 300; ++i) {
         const Point2 p = place();
