@@ -40,7 +40,7 @@ add_library(topotag_flags INTERFACE)
 if(TOPOTAG_WERROR)
   target_compile_options(topotag_flags INTERFACE -Werror)
 endif()
-target_compile_options(topotag_flags INTERFACE -fstack-protector-strong)
+include(${CMAKE_CURRENT_LIST_DIR}/TopotagHardening.cmake)
 # As in the library: what tests draw and compare is the same on processors that could fuse.
 target_compile_options(topotag_flags INTERFACE -ffp-contract=off)
 if(TOPOTAG_SANITIZE_LINK)
@@ -51,10 +51,4 @@ if(TOPOTAG_SANITIZE_LINK)
     # What libFuzzer's coverage is counted by; its main comes with the targets alone.
     target_compile_options(topotag_flags INTERFACE -fsanitize=fuzzer-no-link)
   endif()
-else()
-  # Needs an optimised build, and hides calls from the sanitizers' interceptors. Options, not
-  # definitions: CMake puts definitions first, where the -U would undo them.
-  set(topotag_optimised $<CONFIG:Release,RelWithDebInfo,MinSizeRel>)
-  target_compile_options(topotag_flags INTERFACE
-    $<${topotag_optimised}:-U_FORTIFY_SOURCE> $<${topotag_optimised}:-D_FORTIFY_SOURCE=2>)
 endif()

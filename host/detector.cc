@@ -242,6 +242,7 @@ void Detector::Impl::Detect(const ImageView& image, const Rect& area,
   StopWatch total;
   FrameViews frame{image, {}};
   marker_count = 0;
+  places.Start(image.width, image.height);
   pass = {source == nullptr ? backend.get() : source->backend(), &first, source, false, 0};
   Search(image, area);
   if (complement_search) {

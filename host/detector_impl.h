@@ -16,6 +16,7 @@
 #include "host/nodes.h"
 #include "host/one_thread.h"
 #include "host/photometric.h"
+#include "host/place_grid.h"
 #include "host/pre_blur.h"
 #include "host/segmentation.h"
 #include "host/upsample.h"
@@ -154,6 +155,7 @@ struct Detector::Impl {
   FarOutline outline;           ///< of white areas that may hold far markers
   std::vector<Marker> markers;  ///< never shrinks: the first marker_count ones are in use
   size_t marker_count = 0;
+  PlaceGrid places;                               ///< of the markers in use
   size_t broken_left = 0;                         ///< how many broken markers may still be tried
   std::vector<size_t> unread;                     ///< candidates that are tried as such
   std::vector<const Marker*> order;               ///< in which they are reported

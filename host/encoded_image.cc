@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "topotag/error.h"
@@ -23,8 +24,8 @@ void CheckSize(uint64_t width, uint64_t height, uint64_t max_pixels) {
          " on a side are supported");
   }
   if (width * height > max_pixels) {
-    Fail("too large: " + size + ", at most " + std::to_string(max_pixels) +
-         " in all are supported");
+    throw Error(ErrorCode::kTooLarge,
+                "too large: " + size + ", more than the limit of " + std::to_string(max_pixels));
   }
 }
 
@@ -348,7 +349,7 @@ ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes, uint64_t max_pixels) 
 }
 
 Image DecodePnm(const std::vector<uint8_t>& bytes) {
-  PnmReader reader(bytes, kMaxPixels);
+  PnmReader reader(bytes, std::numeric_limits<uint64_t>::max());
   Image image(static_cast<int>(reader.width), static_cast<int>(reader.height));
   for (int y = 0; y < image.height(); ++y) {
     uint8_t* out = image.row(y);

@@ -5,26 +5,25 @@
 #include <vector>
 
 #include "topotag/image.h"
+#include "topotag/image_file.h"
 
 namespace topotag {
 
 enum class ImageFormat { kPng, kJpeg, kBmp, kPnm, kTiff, kWebp };
 
-inline constexpr uint64_t kMaxPixels = uint64_t{1} << 28;
-
 /// Checks the bytes of an image file before a decoder sees them: decoders print to stderr, fill
 /// what is missing with grey, and allocate whatever size a header claims.
 /// PNG chunks that do not change the pixels are removed from `bytes`.
 /// @throws Error (kFile) with the reason only: not an image of these formats, truncated, corrupt,
-///         sides above kMaxImageSide, or more than `max_pixels` pixels.
-ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes, uint64_t max_pixels = kMaxPixels);
+///         sides above kMaxImageSide; (kTooLarge) more than `max_pixels` pixels.
+ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes, uint64_t max_pixels = kDefaultMaxPixels);
 
 /// Decodes a checked PNM file (P1 .. P6, any maximum value) to 8-bit luminance.
 Image DecodePnm(const std::vector<uint8_t>& bytes);
 
 /// Decodes an image file to 8-bit luminance, as ReadImage does.
-/// @throws Error (kFile) with the reason only: CheckEncodedImage's, or the decoder's.
-Image DecodeImage(std::vector<uint8_t> bytes, uint64_t max_pixels = kMaxPixels);
+/// @throws Error with the reason only: CheckEncodedImage's, or (kFile) the decoder's.
+Image DecodeImage(std::vector<uint8_t> bytes, uint64_t max_pixels = kDefaultMaxPixels);
 
 /// Rec. 601 luminance of a pixel whose white is `max`, rounded to nearest, 0 .. 255.
 inline uint8_t Luminance(uint64_t r, uint64_t g, uint64_t b, uint64_t max) {

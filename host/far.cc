@@ -64,6 +64,7 @@ void FarSearch::Start(const Rect& whole, const ThresholdGrid& grid) {
   done_.clear();
   quads_.clear();
   markers_.clear();
+  read_.clear();
 }
 
 void FarSearch::Exclude(const std::array<Point2, 4>& corners) {
@@ -293,12 +294,9 @@ const std::vector<FarMarker>& FarSearch::Run(const ImageView& image, const Camer
 bool FarSearch::IsRead(Point2 pixel, const Camera* camera) const {
   Point2 ideal;
   if (!PixelToIdeal(camera, pixel, &ideal)) return true;
-  return std::any_of(markers_.begin(), markers_.end(), [&](const FarMarker& marker) {
-    Homography inverse;
-    if (!Invert(marker.reading.map, &inverse)) return false;
-    const Point2 tag = inverse.Map(ideal);
-    const double half = marker.family.white_side() / 2.0;
-    return std::abs(tag.x) < half && std::abs(tag.y) < half;
+  return std::any_of(read_.begin(), read_.end(), [&](const WhiteArea& white) {
+    const Point2 tag = white.to_tag.Map(ideal);
+    return std::abs(tag.x) < white.half && std::abs(tag.y) < white.half;
   });
 }
 
@@ -329,6 +327,8 @@ void FarSearch::FitGuesses(const ImageView& image, const Camera* camera) {
     marker.family = guess.family;
     if (fit_.Run(image, camera, whole_, start, &marker.reading)) {
       markers_.push_back(marker);
+      WhiteArea white{{}, marker.family.white_side() / 2.0};
+      if (Invert(marker.reading.map, &white.to_tag)) read_.push_back(white);
     } else {
       tried_.push_back(guess);
     }

@@ -65,6 +65,12 @@ class FarSearch {
     Point2 corners[4];  ///< of the white area, clockwise from p1's on, pixels of the frame
   };
 
+  /// The white area of a marker that was read: a square of 2 * half units.
+  struct WhiteArea {
+    Homography to_tag;  ///< from points without the lens
+    double half;
+  };
+
   struct TilePlace {
     int column, row;
   };
@@ -99,6 +105,7 @@ class FarSearch {
   std::vector<FarBlock> blocks_;
   std::vector<Guess> guesses_, tried_;
   std::vector<FarMarker> markers_;
+  std::vector<WhiteArea> read_;  ///< of the markers
   Counts counts_;
 };
 

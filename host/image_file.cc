@@ -55,6 +55,7 @@ std::vector<uint8_t> Encode(const ImageView& image, const std::string& extension
     const bool pnm = extension == ".ppm" || extension == ".pnm";
     if (cv::imencode(pnm ? ".pgm" : extension, mat, bytes)) return bytes;
   } catch (const cv::Exception& error) {
+    if (error.code == cv::Error::StsNoMem) throw std::bad_alloc();
     Fail("cannot be encoded: " + error.err.substr(0, error.err.find('\n')));
   }
   Fail("an image of " + std::to_string(image.width) + "x" + std::to_string(image.height) +
@@ -73,6 +74,7 @@ Image DecodeImage(std::vector<uint8_t> bytes, uint64_t max_pixels) {
     // Unchanged also means that no orientation tag is applied.
     mat = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception& error) {
+    if (error.code == cv::Error::StsNoMem) throw std::bad_alloc();
     Fail("cannot be decoded: " + error.err.substr(0, error.err.find('\n')));
   }
   if (mat.empty()) Fail("cannot be decoded: corrupt, or of an unsupported variant");
@@ -82,16 +84,15 @@ Image DecodeImage(std::vector<uint8_t> bytes, uint64_t max_pixels) {
   Fail("only 8-bit and 16-bit unsigned integer pixels are supported");
 }
 
-Image ReadImage(const std::string& path) {
-  std::string reason;
+Image ReadImage(const std::string& path, uint64_t max_pixels) {
+  const std::string prefix = "cannot read image '" + path + "': ";
   try {
-    return DecodeImage(ReadBytes(path, INT_MAX));
+    return DecodeImage(ReadBytes(path, INT_MAX), max_pixels);
   } catch (const Error& error) {
-    reason = error.what();
+    throw Error(error.code(), prefix + error.what());
   } catch (const std::bad_alloc&) {
-    reason = "not enough memory";
+    Fail(prefix + "not enough memory");
   }
-  Fail("cannot read image '" + path + "': " + reason);
 }
 
 void WriteImage(const ImageView& image, const std::string& path) {

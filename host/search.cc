@@ -19,15 +19,12 @@ constexpr int kFetchMargin = 16;
 constexpr int kFetchShare = 4;
 // Broken markers that are tried in one frame, half a millisecond each: this bounds their time.
 constexpr size_t kMaxBroken = 16;
-// A reading of a place that one of `count` markers was read at: the centres are less than half a
-// pitch apart.
-bool IsKnown(const Marker* markers, size_t count, const Decoded& decoded) {
+
+// Whether a reading is of a place that a marker was read at: the centres are less than half a pitch
+// apart.
+bool IsKnown(const PlaceGrid& places, const Decoded& decoded) {
   const LocalMap local(decoded.map, {0, 0});
-  return std::any_of(markers, markers + count, [&](const Marker& other) {
-    const double dx = other.center.x - local.center.x;
-    const double dy = other.center.y - local.center.y;
-    return dx * dx + dy * dy < 4 * std::abs(local.Determinant());
-  });
+  return places.HasNear(local.center, 4 * std::abs(local.Determinant()));
 }
 
 // Of a marker whose holes are known by its model: how bright one is follows from the blur.
@@ -161,13 +158,11 @@ void Detector::Impl::DecodeCandidates(const ImageView& image, const Segmentation
 // Keeps a marker that has been read at markers[i], i >= marker_count, where it is a new one.
 void Detector::Impl::KeepMarker(size_t i, bool is_far) {
   Marker& marker = markers[i];
-  if (!marker.is_read || !ids.Admit(&marker.decoded) ||
-      IsKnown(markers.data(), marker_count, marker.decoded)) {
-    return;
-  }
+  if (!marker.is_read || !ids.Admit(&marker.decoded) || IsKnown(places, marker.decoded)) return;
   marker.is_far = is_far;
   marker.is_inverted = pass.inverted;
   marker.center = marker.decoded.map.Pixel({0, 0});
+  places.Add(marker.center);
   if (i != marker_count) markers[marker_count] = marker;
   ++marker_count;
 }

@@ -9,7 +9,7 @@
 
 #include "bench/timing.h"
 #include "tools/command.h"
-#include "tools/frame_source.h"
+#include "tools/image_input.h"
 #include "tools/output.h"
 #include "tools/report.h"
 #include "tools/tag_sizes.h"
@@ -29,6 +29,7 @@ struct Arguments {
   std::string camera;
   std::string tag_size;
   std::string frames;
+  std::string max_pixels;
   std::string format = "text";
 };
 
@@ -83,11 +84,6 @@ std::vector<std::string> ListInputs(const std::vector<std::string>& inputs, int*
   return files;
 }
 
-Image Read(const std::string& path) {
-  const QuietStderr quiet;
-  return ReadImage(path);
-}
-
 double Tenths(double value) { return std::round(value * 10) / 10; }
 
 std::string FormatJson(const std::string& path, const Image& image,
@@ -136,6 +132,7 @@ int RunBench(const Arguments& arguments) {
   const bool is_text = arguments.format == "text";
   const Options options = ParseOptions(arguments);
   const bench::Budget budget = ParseBudget(arguments.frames);
+  const uint64_t max_pixels = ParseMaxPixels(arguments.max_pixels);
   const bench::Setups setups = bench::FindSetups(ThreadCounts());
   int status = kSuccess;
   OutputStream output("");
@@ -145,12 +142,12 @@ int RunBench(const Arguments& arguments) {
   for (const std::string& path : ListInputs(arguments.images, &status)) {
     try {
       ForFile(path, [&] {
-        const Image image = Read(path);
+        const Image image = ReadInput(path, max_pixels);
         const auto results = bench::Measure(setups.available, options, {image.view()}, budget);
         output.Write(is_text ? FormatText(path, image, results) : FormatJson(path, image, results));
       });
-    } catch (const Error& error) {
-      Complain(error.what());
+    } catch (const std::exception& error) {
+      Complain(Named(path, Describe(error)));
       status = kFailure;
     }
   }
@@ -177,6 +174,7 @@ Command AddBench(CLI::App* app) {
           "Side of the white area; poses need this and --camera");
   AddText(command, "What to do", "--frames", &a.frames, "N",
           "Times that each image is detected (default: half a second's worth, 10 .. 2000)");
+  AddMaxPixels(command, "What to do", &a.max_pixels);
   AddText(command, "Output", "--format", &a.format, "NAME",
           "text (default) or json (a line an image)");
   command->footer(

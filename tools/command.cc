@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <new>
+#include <opencv2/core.hpp>
 
 #include "host/one_line.h"
 #include "topotag/error.h"
@@ -141,6 +143,13 @@ void CheckId(Family family, uint64_t id) {
                 "ID " + std::to_string(id) + " is outside the range 0 .. " +
                     std::to_string(family.size() - 1) + " of " + family.name());
   }
+}
+
+std::string Describe(const std::exception& error) {
+  const auto* of_opencv = dynamic_cast<const cv::Exception*>(&error);
+  const bool is_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+                         (of_opencv != nullptr && of_opencv->code == cv::Error::StsNoMem);
+  return is_memory ? "not enough memory" : error.what();
 }
 
 void Complain(const std::string& message) {

@@ -2,6 +2,7 @@
 #define TOPOTAG_TOOLS_COMMAND_H_
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <initializer_list>
 #include <stdexcept>
@@ -88,6 +89,9 @@ uint64_t ParseId(const std::string& option, const std::string& text, Family fami
 
 /// An ID of the family. @throws Error (kInvalidArgument) that names the family's range.
 void CheckId(Family family, uint64_t id);
+
+/// What an exception says; where memory has run out, these words.
+std::string Describe(const std::exception& error);
 
 /// Prints "topotag: MESSAGE" as one line on stderr.
 void Complain(const std::string& message);

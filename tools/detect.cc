@@ -12,6 +12,7 @@
 #include "tools/command.h"
 #include "tools/draw.h"
 #include "tools/frame_source.h"
+#include "tools/image_input.h"
 #include "tools/object_finder.h"
 #include "tools/output.h"
 #include "tools/progress.h"
@@ -36,6 +37,7 @@ struct Arguments {
   std::string backend = "auto";
   std::string threads = std::to_string(DefaultThreads());
   std::string device;
+  std::string max_pixels;
   std::string preset = "default";
   std::string far = "off";
   std::vector<std::string> ids;
@@ -179,7 +181,7 @@ class Run {
         format_(format),
         columns_{arguments.inverted, arguments.quality == "on", arguments.track == "on"},
         detector_(MakeDetector(arguments, options)),
-        source_(arguments.inputs),
+        source_(arguments.inputs, ParseMaxPixels(arguments.max_pixels)),
         output_(arguments.output) {
     const std::vector<std::string> files = source_.Files();
     ProtectInputs(files);
@@ -256,7 +258,7 @@ bool Run::DetectNext() {
   } catch (const std::exception& error) {
     const std::string frame =
         frame_.is_sequence ? "frame " + std::to_string(frame_.index) + ": " : std::string();
-    throw Error(ErrorCode::kFile, Named(frame_.image, frame + error.what()));
+    throw Error(ErrorCode::kFile, Named(frame_.image, frame + Describe(error)));
   }
   if (!objects_.empty()) objects_.Find(result_.detections, &result_.objects.emplace());
   result_.image = frame_.image;
@@ -269,10 +271,16 @@ bool Run::DetectNext() {
 
 void Run::WritePictures() {
   if (!draw_ && !stages_) return;
-  cv::Mat picture = DrawDetections(frame_.pixels, result_.detections, options_);
-  if (result_.objects) objects_.Draw(*result_.objects, *options_.camera, &picture);
-  if (draw_) draw_->Write(frame_.stem, {{"", picture}});
-  if (stages_) stages_->Write(frame_.stem, StagePictures(detector_, frame_.pixels, picture));
+  try {
+    cv::Mat picture = DrawDetections(frame_.pixels, result_.detections, options_);
+    if (result_.objects) objects_.Draw(*result_.objects, *options_.camera, &picture);
+    if (draw_) draw_->Write(frame_.stem, {{"", picture}});
+    if (stages_) stages_->Write(frame_.stem, StagePictures(detector_, frame_.pixels, picture));
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(ErrorCode::kFile, Named(frame_.image, "its picture: " + Describe(error)));
+  }
 }
 
 int Run::Execute() {
@@ -287,7 +295,7 @@ int Run::Execute() {
       if (!DetectNext()) break;
     } catch (const std::exception& error) {
       progress.Clear();
-      Complain(error.what());
+      Complain(Describe(error));
       progress.Step();
       status = kFailure;
       continue;
@@ -388,11 +396,11 @@ Command AddDetect(CLI::App* app) {
           "Threads for each frame (default: at most 2)");
   AddText(command, "Computation", "--device", &a.device, "INDEX",
           "OpenCL device, see topotag info (default: a GPU)");
+  AddMaxPixels(command, "Computation", &a.max_pixels);
   command->footer(
       "Pixel (0, 0) is the centre of the top-left one. Poses are in metres, in camera\n"
       "axes: x right, y down, z forward. A camera runs until Ctrl-C.\n"
       "Examples:\n"
-      "  topotag detect photo.jpg\n"
       "  topotag detect --camera cam.yaml --tag-size 0.05 --format json photos/\n"
       "  topotag detect --camera cam.yaml --object board.txt photo.jpg\n"
       "  topotag detect --draw out video.mp4\n"

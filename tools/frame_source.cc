@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "host/file.h"
 #include "tools/command.h"
+#include "tools/image_input.h"
 #include "tools/video_end.h"
 #include "topotag/error.h"
 #include "topotag/image_file.h"
@@ -59,7 +59,8 @@ void ToGray(const cv::Mat& decoded, cv::Mat* gray) {
 
 }  // namespace
 
-FrameSource::FrameSource(const std::vector<std::string>& inputs) {
+FrameSource::FrameSource(const std::vector<std::string>& inputs, uint64_t max_pixels)
+    : max_pixels_(max_pixels) {
   size_t argument = 0;
   for (const std::string& input : inputs) {
     const size_t first = inputs_.size();
@@ -103,7 +104,7 @@ bool FrameSource::Next(Frame* frame) {
         throw Error(ErrorCode::kFile, Named(input.path, input.reason));
       case Kind::kImage: {
         ++next_;
-        Read(input.path);
+        image_ = ReadInput(input.path, max_pixels_);
         *frame = {input.path,    0, false, fs::path(input.path).stem().string(), image_.view(),
                   input.argument};
         return true;
@@ -114,11 +115,6 @@ bool FrameSource::Next(Frame* frame) {
     }
   }
   return false;
-}
-
-void FrameSource::Read(const std::string& path) {
-  const QuietStderr quiet;
-  image_ = ForFile(path, [&] { return ReadImage(path); });
 }
 
 bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
@@ -132,6 +128,12 @@ bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
   if (!video_.isOpened()) {
     const bool opened = is_camera ? video_.open(input.camera) : Open(&video_, input.path);
     if (!opened) fail(is_camera ? "camera cannot be opened" : "is not a readable video");
+    try {
+      CheckPixels(static_cast<int>(video_.get(cv::CAP_PROP_FRAME_WIDTH)),
+                  static_cast<int>(video_.get(cv::CAP_PROP_FRAME_HEIGHT)), max_pixels_);
+    } catch (const Error& error) {
+      fail(error.what());
+    }
     video_frame_ = 0;
   }
   if (!video_.read(decoded_) || decoded_.empty()) {

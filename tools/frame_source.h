@@ -24,8 +24,9 @@ struct Frame {
 /// The frames of images, folders of images, video files and cameras, in order.
 class FrameSource {
  public:
+  /// Frames of more than `max_pixels` are errors.
   /// @throws UsageError on a malformed "camera:N". Everything else shows up in Next.
-  explicit FrameSource(const std::vector<std::string>& inputs);
+  explicit FrameSource(const std::vector<std::string>& inputs, uint64_t max_pixels);
 
   /// Reads the next frame. After an Error the next call goes on with the next input.
   /// @return false at the end of all inputs.
@@ -50,9 +51,9 @@ class FrameSource {
   };
 
   void Add(const std::string& path);
-  void Read(const std::string& path);
   bool NextOfVideo(const Input& input, Frame* frame);
 
+  uint64_t max_pixels_;
   std::vector<Input> inputs_;
   size_t next_ = 0;  ///< index of the input that is read next
   cv::VideoCapture video_;

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <opencv2/core/utils/logger.hpp>
 
 #include "tools/command.h"
@@ -47,7 +48,7 @@ int RunCommand(const Command& command) {
     Complain(error.what());
     return kUsage;
   } catch (const std::exception& error) {
-    Complain(error.what());
+    Complain(Describe(error));
     return kFailure;
   }
 }
@@ -95,6 +96,8 @@ int Main(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return topotag::tools::Main(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fputs("topotag: not enough memory\n", stderr);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "topotag: %s\n", error.what());
   }

@@ -8,6 +8,7 @@
 
 #include "tools/command.h"
 #include "tools/frame_source.h"
+#include "tools/image_input.h"
 #include "tools/object_finder.h"
 #include "tools/output.h"
 #include "tools/progress.h"
@@ -33,6 +34,7 @@ struct Arguments {
   std::string object;
   std::string ids;
   std::string pose = "photometric";
+  std::string max_pixels;
   std::string output;
 };
 
@@ -117,7 +119,7 @@ Options ParseOptions(const Arguments& a, const Object& start) {
 /// The detections of all frames; those that cannot be read are named. @return the exit status
 int Detect(const Arguments& a, const Options& options, std::vector<ObjectView>* views) {
   Detector detector(options);
-  FrameSource source(a.inputs);
+  FrameSource source(a.inputs, ParseMaxPixels(a.max_pixels));
   const bool show_progress = isatty(STDERR_FILENO) != 0;
   Progress progress(show_progress, show_progress ? source.CountFrames() : 1);
   int status = kSuccess;
@@ -129,7 +131,7 @@ int Detect(const Arguments& a, const Options& options, std::vector<ObjectView>* 
       });
     } catch (const std::exception& error) {
       progress.Clear();
-      Complain(error.what());
+      Complain(Describe(error));
       status = kFailure;
     }
     progress.Step();
@@ -223,6 +225,7 @@ void AddCalibrate(CLI::App* command, Arguments* a) {
       ->required();
   AddText(command, "Pictures", "--pose", &a->pose, "MODE",
           "photometric (default), or vertices, which is faster and less exact");
+  AddMaxPixels(command, "Pictures", &a->max_pixels);
   AddOutput(command, a);
   command->footer(
       "Take 20 to 40 sharp pictures from all sides, each with several markers in view.\n"

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "tools/command.h"
+#include "tools/image_input.h"
 #include "tools/output.h"
 #include "tools/report.h"
 #include "tools/scene_file.h"
@@ -27,6 +28,7 @@ struct Arguments {
   std::string noise;
   std::string seed;
   std::string background;
+  std::string max_pixels;
   std::string output;
   std::string truth;
   std::string write_camera;
@@ -83,7 +85,7 @@ void RejectSceneOptions(const Arguments& arguments) {
 }
 
 /// What stands on the command line overrides the scene file.
-void ApplyOverrides(const Arguments& arguments, SceneFile* file) {
+void ApplyOverrides(const Arguments& arguments, uint64_t max_pixels, SceneFile* file) {
   Scene& scene = file->scene;
   if (!arguments.blur.empty()) scene.blur = ParseNotNegative("--blur", arguments.blur);
   if (!arguments.noise.empty()) scene.noise = ParseNotNegative("--noise", arguments.noise);
@@ -96,7 +98,7 @@ void ApplyOverrides(const Arguments& arguments, SceneFile* file) {
     if (scene.background > 255) throw UsageError("--background: is more than 255");
     scene.background_image = {};
   } else {
-    file->SetBackground(arguments.background);
+    file->SetBackground(arguments.background, max_pixels);
   }
 }
 
@@ -122,14 +124,15 @@ std::string TruthLine(const Arguments& arguments, const Scene& scene) {
 }
 
 int RunRender(const Arguments& arguments) {
+  const uint64_t max_pixels = ParseMaxPixels(arguments.max_pixels);
   SceneFile file;
   if (arguments.scene.empty()) {
     ParseScene(arguments, &file.scene);
   } else {
     RejectSceneOptions(arguments);
-    file = ReadScene(arguments.scene);
+    file = ReadScene(arguments.scene, max_pixels);
   }
-  ApplyOverrides(arguments, &file);
+  ApplyOverrides(arguments, max_pixels, &file);
   const std::string source =
       arguments.scene.empty() ? "--camera " + arguments.camera : arguments.scene;
   if (file.scene.camera.width == 0 || file.scene.camera.height == 0) {
@@ -181,6 +184,7 @@ Command AddRender(CLI::App* app) {
   AddText(command, "Picture", "--seed", &a.seed, "N", "Seed of the noise (default: 1)");
   AddText(command, "Picture", "--background", &a.background, "LEVEL|IMAGE",
           "Grey level, 0 .. 255, or a picture (default: 90)");
+  AddMaxPixels(command, "Picture", &a.max_pixels);
   AddText(command, "Output", "-o,--output", &a.output, "FILE",
           "The picture: .png, .jpg, .bmp, .pgm, .tif or .webp")
       ->required();

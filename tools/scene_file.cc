@@ -7,12 +7,11 @@
 #include "host/file.h"
 #include "host/rotation.h"
 #include "tools/command.h"
-#include "tools/frame_source.h"
+#include "tools/image_input.h"
 #include "tools/json_node.h"
 #include "tools/scene_conditions.h"
 #include "topotag/camera_file.h"
 #include "topotag/error.h"
-#include "topotag/image_file.h"
 
 namespace topotag::tools {
 namespace {
@@ -142,13 +141,12 @@ Json ParseFile(const std::string& path) {
 
 }  // namespace
 
-void SceneFile::SetBackground(const std::string& path) {
-  const QuietStderr quiet;
-  background = ForFile(path, [&] { return ReadImage(path); });
+void SceneFile::SetBackground(const std::string& path, uint64_t max_pixels) {
+  background = ReadInput(path, max_pixels);
   scene.background_image = background.view();
 }
 
-SceneFile ReadScene(const std::string& path) {
+SceneFile ReadScene(const std::string& path, uint64_t max_pixels) {
   const Json json = ParseFile(path);
   const JsonNode node(json, path);
   node.AllowOnly({"camera", "background", "blur", "noise", "seed", "markers", "exposure",
@@ -162,7 +160,7 @@ SceneFile ReadScene(const std::string& path) {
   });
   if (node.Has("background") && node.Get("background").is_string()) {
     At(node.Where("background"),
-       [&] { file.SetBackground(Relative(path, node.Text("background"))); });
+       [&] { file.SetBackground(Relative(path, node.Text("background")), max_pixels); });
   } else {
     scene.background = node.Number("background", scene.background);
   }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "topotag/image.h"
+#include "topotag/image_file.h"
 #include "topotag/renderer.h"
 
 namespace topotag::tools {
@@ -14,8 +15,8 @@ struct SceneFile {
   Image background;
 
   /// Reads the background picture and makes the scene point to it.
-  /// @throws Error as ReadImage.
-  void SetBackground(const std::string& path);
+  /// @throws Error as ReadInput.
+  void SetBackground(const std::string& path, uint64_t max_pixels);
 };
 
 /// Reads a scene; paths in it are relative to its folder.
@@ -27,7 +28,7 @@ struct SceneFile {
 ///  and what ReadConditions reads}
 /// Needed are camera, and family, id, size and t of each marker; the rest is Scene's default.
 /// @throws Error (kFile, kParse) that names the file, the marker's index and the key.
-SceneFile ReadScene(const std::string& path);
+SceneFile ReadScene(const std::string& path, uint64_t max_pixels = kDefaultMaxPixels);
 
 /// Rotation of a rotation vector (axis times angle, radians).
 Matrix3 RotationMatrix(const Vector3& rvec);

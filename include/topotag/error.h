@@ -12,6 +12,7 @@ enum class ErrorCode {
   kParse,            ///< a file whose content is malformed
   kUnavailable,      ///< a backend or device that this build or machine does not have
   kDevice,           ///< a failure reported by an OpenCL device
+  kTooLarge,         ///< an image of more pixels than the caller allows
 };
 
 /// The only exception type that the library throws on purpose. what() is one line that names

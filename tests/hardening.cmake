@@ -1,0 +1,36 @@
+# cmake -D PROGRAM=... -D READELF=... -D FORTIFIED=0|1 -D SANITIZED=... -P hardening.cmake: that a
+# program has what cmake/TopotagHardening.cmake asks for.
+
+if(SANITIZED)
+  message("SKIPPED: built for a sanitizer")
+  return()
+endif()
+if(NOT READELF OR NOT EXISTS "${READELF}")
+  message("SKIPPED: there is no readelf")
+  return()
+endif()
+
+function(read_program option result)
+  execute_process(COMMAND ${READELF} -W ${option} ${PROGRAM}
+    OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
+  set(${result} "${text}" PARENT_SCOPE)
+endfunction()
+function(expect text pattern what)
+  if(NOT text MATCHES "${pattern}")
+    message(SEND_ERROR "${PROGRAM}: ${what}")
+  endif()
+endfunction()
+
+read_program(--file-header header)
+read_program(--program-headers segments)
+read_program(--dynamic dynamic)
+read_program(--dyn-syms symbols)
+expect("${header}" "Type: +DYN" "is not loaded anywhere in memory (PIE)")
+expect("${dynamic}" "FLAGS_1[^\n]* PIE" "is not loaded anywhere in memory (PIE)")
+expect("${dynamic}" "BIND_NOW|FLAGS_1[^\n]* NOW" "resolves addresses late (-z now)")
+expect("${segments}" "GNU_RELRO" "leaves its tables of addresses writable (-z relro)")
+expect("${segments}" "GNU_STACK[^\n]* RW  ?0x" "has a stack that is executable (-z noexecstack)")
+expect("${symbols}" "__stack_chk_fail" "has no guards on its stack (-fstack-protector-strong)")
+if(FORTIFIED)
+  expect("${symbols}" "__[a-z]+_chk[@ ]" "calls unchecked functions of the C library (_FORTIFY_SOURCE)")
+endif()
