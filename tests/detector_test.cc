@@ -163,6 +163,14 @@ TEST(DetectorTest, MarkerThatFillsTheImageExactlyIsFound) {
   const std::vector<Detection> found = Detector(options).detect(image.view());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].id, 278u);
+  // What goes on beyond all four sides is that marker or none.
+  for (int cut = 1; cut < 40; ++cut) {
+    options.roi = Rect{x + cut, y + cut, side - 2 * cut, side - 2 * cut};
+    for (const Detection& d : Detector(options).detect(image.view())) {
+      EXPECT_EQ(d.family, Family(4)) << cut;
+      EXPECT_EQ(d.id, 278u) << cut;
+    }
+  }
 }
 
 TEST(DetectorTest, RegionOfInterestKeepsFullFrameCoordinates) {

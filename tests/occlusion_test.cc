@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -206,6 +207,24 @@ TEST(HiddenNodesTest, IdsInUseTellThem) {
     EXPECT_EQ(two[0].unknown_bits, 0x1111u);
     EXPECT_TRUE(detect({id ^ 2, id ^ 0x2000}).empty());
   }
+}
+
+// On a white area more dark spots, with and without holes, than any marker has nodes.
+TEST(HiddenNodesTest, SpotsInRowsAreNoMarker) {
+  constexpr int kPitch = 22, kSpot = 14;
+  Image image(kSize, kSize);
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const bool is_area = std::min({x, y, kSize - 1 - x, kSize - 1 - y}) > 6;
+      const int u = (x - 14) % kPitch, v = (y - 14) % kPitch;
+      const bool is_spot = x >= 14 && y >= 14 && u < kSpot && v < kSpot;
+      const bool is_hole = u / 5 == 1 && v / 5 == 1 && (x / kPitch + y / kPitch) % 2 == 0;
+      image.row(y)[x] = is_area && (!is_spot || is_hole) ? 215 : 30;
+    }
+  }
+  Options options;
+  options.hidden_nodes = 3;
+  EXPECT_TRUE(Detector(options).detect(image.view()).empty());
 }
 
 TEST(IdsInUseTest, OthersAreNotReported) {
