@@ -170,8 +170,10 @@ Line Fit(const std::vector<double>& x, const std::vector<double>& y) {
 
 /// One picture with one set of options, at all sizes.
 Json Sizes(const KnownWorst& known, bool quick) {
-  std::vector<std::pair<int, int>> sizes{{640, 480}, {1280, 960}};
-  if (!quick) sizes.insert(sizes.end(), {{1600, 1200}, {2592, 1944}, {3264, 2448}});
+  using SizesOfFrames = std::vector<std::pair<int, int>>;
+  const SizesOfFrames sizes =
+      quick ? SizesOfFrames{{320, 240}, {640, 480}}
+            : SizesOfFrames{{640, 480}, {1280, 960}, {1600, 1200}, {2592, 1944}, {3264, 2448}};
   const WorstPicture picture = WorstPicture::Parse(known.picture);
   Json json{{"options", known.options}, {"picture", known.picture}};
   std::vector<double> pixels, ms;

@@ -207,7 +207,8 @@ class WorstPicture {
   std::array<int, kGenes> genes_{};
 };
 
-/// Sets of options that change what is done with a frame.
+/// Sets of options that change what is done with a frame; `all` does not smooth it, which leaves
+/// less to be found.
 inline const std::vector<std::string>& WorstOptionNames() {
   static const std::vector<std::string> kNames{"default", "far",      "inverted",    "pre_blur",
                                                "hidden",  "families", "photometric", "all"};
@@ -226,7 +227,7 @@ inline Options WorstOptions(const std::string& name, int width, int height) {
   options.threads = 1;
   options.far = is("far");
   options.inverted = is("inverted");
-  options.pre_blur = is("pre_blur");
+  options.pre_blur = name == "pre_blur";
   if (is("hidden")) options.hidden_nodes = 5;
   if (is("families")) {
     for (int n = 6; n <= Family::kMaxN; ++n) options.families.push_back(Family(n));
@@ -257,11 +258,19 @@ struct KnownWorst {
 /// markers, as small as they can be read with and without Options::far.
 inline const std::vector<KnownWorst>& KnownWorstPictures() {
   static const std::vector<KnownWorst> kKnown{
+      {"default", "7 12 1 5 31 1 29 16 5 3 1 30 20 1 10 58 2 8 47 168 31 0"},
       {"default", "6 10 9 30 23 -1 16 1 8 1 1 25 19 3 9 2 0 8 70 148 1 2"},
       {"default", kManyMarkers},
-      {"far", "0 1 1 28 3 1 26 0 4 31 2 1 2 1 26 15 1 10 31 233 47 3"},
+      {"far", "5 33 13 1 1 3 16 15 4 1 41 1 32 0 3 1 2 46 120 186 0 2"},
+      {"far", "1 4 3 15 9 2 24 60 6 18 62 1 18 2 21 2 2 283 101 201 31 2"},
       {"far", kManyFarMarkers},
-      {"photometric", kManyMarkers}};
+      {"inverted", "2 27 28 2 31 0 5 6 5 2 9 1 17 -1 36 11 2 135 2 235 9 0"},
+      {"pre_blur", "5 64 1 24 1 -1 30 26 6 1 28 6 1 1 3 0 1 257 0 130 1 2"},
+      {"hidden", "3 17 1 2 23 1 28 2 5 2 2 30 1 -2 10 37 2 241 51 247 17 0"},
+      {"families", "5 29 39 2 30 -1 20 13 6 60 24 10 21 0 8 19 0 10 118 200 53 0"},
+      {"photometric", kManyMarkers},
+      {"all", kManyMarkers},
+      {"all", kManyFarMarkers}};
   return kKnown;
 }
 

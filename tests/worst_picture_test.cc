@@ -31,7 +31,7 @@ void OnFree(void* memory) { live_bytes -= static_cast<int64_t>(malloc_usable_siz
 namespace topotag {
 namespace {
 
-// Measured: 36.
+// Measured: 54, with all options.
 constexpr double kMaxBytesPerPixel = 64;
 
 TEST(WorstPictureTest, MemoryIsBoundedByThePixels) {
