@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/temporary_folder.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -18,14 +19,6 @@ namespace fs = std::filesystem;
 
 class CameraFileTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / (std::string("topotag_camera_") + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
 
   std::string WriteText(const std::string& text, const std::string& name = "camera.yaml") const {
@@ -65,7 +58,8 @@ class CameraFileTest : public testing::Test {
     }
   }
 
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 void ExpectEqual(const Camera& a, const Camera& b) {

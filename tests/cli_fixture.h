@@ -2,7 +2,6 @@
 #define TOPOTAG_TESTS_CLI_FIXTURE_H_
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -13,6 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "tests/temporary_folder.h"
 
 namespace topotag {
 
@@ -64,13 +65,7 @@ using Strings = std::vector<std::string>;
 /// Each test has a folder of its own, in which the commands run.
 class CliTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = testing::TempDir() + "topotag_cli_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-    fs::create_directory(folder_ / "in");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
+  void SetUp() override { fs::create_directory(folder_ / "in"); }
 
   /// Runs a shell command line in the test's folder.
   Outcome Shell(const std::string& line) const {
@@ -123,7 +118,8 @@ class CliTest : public testing::Test {
     return Json::parse(outcome.out);
   }
 
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 }  // namespace topotag

@@ -2,7 +2,6 @@
 // is there under its name that is not complete.
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "tests/failing_allocations.h"
+#include "tests/temporary_folder.h"
 #include "topotag/camera_file.h"
 #include "topotag/generator.h"
 #include "topotag/image_file.h"
@@ -28,13 +28,6 @@ namespace fs = std::filesystem;
 
 class FaultAllocationIoTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = testing::TempDir() + "fault_allocation_XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
   static std::string ReadFile(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
@@ -68,7 +61,8 @@ class FaultAllocationIoTest : public testing::Test {
     fs::remove(path);
   }
 
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 TEST_F(FaultAllocationIoTest, Cameras) {

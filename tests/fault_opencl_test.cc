@@ -13,6 +13,7 @@
 #include "kernels/embedded.h"
 #include "tests/frames.h"
 #include "tests/opencl_util.h"
+#include "tests/temporary_folder.h"
 #include "topotag/detector.h"
 #include "topotag/opencl.h"
 
@@ -196,7 +197,7 @@ class FaultOpenClTest : public ::testing::Test {
   static void ExpectNextDetectorWorks() { EXPECT_NO_THROW(Detector detector(OpenCl())); }
 
   // One for all tests: without it, each first build would take a second.
-  static inline TemporaryFolder folder_;
+  static inline test::TemporaryFolder folder_;
   ScopedVariable cache_{"TOPOTAG_CACHE_DIR", folder_.path().string()};
   const GuardedImage frame_ = MakeFrame({320, 240, 1, FrameKind::kMarkers, 5});
   const GuardedImage other_ = MakeFrame({200, 90, 1, FrameKind::kMarkers, 6});
@@ -300,7 +301,7 @@ TEST_F(FaultOpenClTest, FramesOnTheDevice) {
 }
 
 TEST_F(FaultOpenClTest, KernelsThatDoNotBuild) {
-  const TemporaryFolder sources;
+  const test::TemporaryFolder sources;
   for (size_t i = 0; i < opencl::kKernelFileCount; ++i) {
     const opencl::KernelFile& file = opencl::kKernelFiles[i];
     std::ofstream out(sources.path() / file.name, std::ios::binary);

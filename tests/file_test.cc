@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/temporary_folder.h"
 #include "topotag/error.h"
 
 namespace {
@@ -50,16 +51,8 @@ namespace fs = std::filesystem;
 
 class FileTest : public testing::TestWithParam<bool> {
  protected:
-  void SetUp() override {
-    std::string name = testing::TempDir() + "file_test.XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-    has_unnamed_files = GetParam();
-  }
-  void TearDown() override {
-    has_unnamed_files = true;
-    fs::remove_all(folder_);
-  }
+  void SetUp() override { has_unnamed_files = GetParam(); }
+  void TearDown() override { has_unnamed_files = true; }
 
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
   std::string Save(const std::string& name, const std::string& text) const {
@@ -75,7 +68,8 @@ class FileTest : public testing::TestWithParam<bool> {
     return names;
   }
 
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 template <typename Action>

@@ -13,6 +13,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
+#include "tests/temporary_folder.h"
 #include "topotag/error.h"
 #include "topotag/image.h"
 
@@ -59,15 +60,6 @@ uint32_t BigEndian(const std::string& bytes, size_t at) {
 
 class GeneratorTest : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) /
-              (std::string("topotag_generator_") +
-               testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::remove_all(folder_);
-    fs::create_directory(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
 
   size_t FileCount() const {
@@ -101,7 +93,8 @@ class GeneratorTest : public testing::Test {
     return "no error";
   }
 
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 // The grey level at a point in units, for a picture that spans design's frame and margin.

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "host/encoded_image.h"
+#include "tests/temporary_folder.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -27,13 +28,6 @@ using Bytes = std::vector<uint8_t>;
 
 class ImageFileTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = testing::TempDir() + "image_file_test.XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
 
   std::string Save(const std::string& name, const Bytes& bytes) const {
@@ -72,7 +66,8 @@ class ImageFileTest : public testing::Test {
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
 
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 cv::Mat Gradient(int width, int height) {

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "host/outline.h"
+#include "tests/temporary_folder.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -319,14 +320,6 @@ TEST(MarkerTest, ShapeNames) {
 
 class PolygonFileTest : public testing::Test {
  protected:
-  void SetUp() override {
-    path_ = (std::filesystem::path(testing::TempDir()) /
-             (std::string("topotag_polygon_") +
-              testing::UnitTest::GetInstance()->current_test_info()->name() + ".txt"))
-                .string();
-  }
-  void TearDown() override { std::filesystem::remove(path_); }
-
   void Write(const std::string& text) { std::ofstream(path_, std::ios::binary) << text; }
 
   std::string ErrorOf(const std::string& path, ErrorCode code) {
@@ -339,7 +332,8 @@ class PolygonFileTest : public testing::Test {
     return "no error";
   }
 
-  std::string path_;
+  const test::TemporaryFolder folder_;
+  const std::string path_ = (folder_.path() / "polygon.txt").string();
 };
 
 TEST_F(PolygonFileTest, ReadsPointsCommentsAndBlankLines) {

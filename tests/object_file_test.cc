@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tests/object_util.h"
+#include "tests/temporary_folder.h"
 #include "topotag/error.h"
 #include "topotag/object.h"
 
@@ -18,9 +19,6 @@ using test::operator*;
 
 class ObjectFileTest : public testing::Test {
  protected:
-  ObjectFileTest() : path_(testing::TempDir() + "topotag_board.txt") {}
-  ~ObjectFileTest() override { fs::remove(path_); }
-
   Object Read(const std::string& text) const {
     std::ofstream(path_, std::ios::binary) << text;
     return ReadObject(path_);
@@ -39,7 +37,8 @@ class ObjectFileTest : public testing::Test {
     return "nothing";
   }
 
-  const std::string path_;
+  const test::TemporaryFolder folder_;
+  const std::string path_ = (folder_.path() / "topotag_board.txt").string();
 };
 
 void ExpectSame(const Object& a, const Object& b) {

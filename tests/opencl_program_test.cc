@@ -13,6 +13,7 @@
 #include "kernels/program.h"
 #include "tests/opencl_util.h"
 #include "tests/random_image.h"
+#include "tests/temporary_folder.h"
 
 namespace topotag {
 namespace {
@@ -40,7 +41,7 @@ class OpenClProgramTest : public ::testing::Test {
  protected:
   static std::string File() { return opencl::CacheFile(opencl::ChooseDevice({})); }
 
-  TemporaryFolder folder_;
+  test::TemporaryFolder folder_;
   ScopedVariable cache_{"TOPOTAG_CACHE_DIR", (folder_.path() / "cache").string()};
 };
 
