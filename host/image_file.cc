@@ -12,6 +12,7 @@
 #include "host/encoded_image.h"
 #include "host/file.h"
 #include "host/jpeg.h"
+#include "host/webp.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -69,6 +70,7 @@ Image DecodeImage(std::vector<uint8_t> bytes, uint64_t max_pixels) {
   const ImageFormat format = CheckEncodedImage(&bytes, max_pixels);
   if (format == ImageFormat::kPnm) return DecodePnm(bytes);
   if (format == ImageFormat::kJpeg) return DecodeJpeg(bytes);
+  if (format == ImageFormat::kWebp) return DecodeWebp(bytes);
   cv::Mat mat;
   try {
     // Unchanged also means that no orientation tag is applied.

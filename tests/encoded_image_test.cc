@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
@@ -98,6 +99,21 @@ TEST(EncodedImageTest, TiffWithoutPlacesOfItsPixels) {
 TEST(EncodedImageTest, WebpWithoutAPicture) {
   Bytes webp{'R', 'I', 'F', 'F', 12, 0, 0, 0, 'W', 'E', 'B', 'P', 'J', 'U', 'N', 'K', 0, 0, 0, 0};
   EXPECT_EQ(DecodeError(webp), "corrupt: WebP without a picture");
+}
+
+// With a version in its header that WebP does not have, OpenCV takes this for a medical image,
+// whose decoder ends the process.
+TEST(EncodedImageTest, WebpIsNotHandedOnToOtherDecoders) {
+  Bytes webp{'R', 'I', 'F', 'F', 156, 0, 0, 0,    'W',  'E',  'B',  'P', 'V',
+             'P', '8', 'L', 144, 0,   0, 0, 0x2f, 0x02, 0x00, 0x36, 0x35};
+  webp.resize(128);
+  const uint8_t medical[] = {'D',  'I',  'C',  'M',  0x01, 0x01, 0xff, 0xd8, 'P',  'N',
+                             0x00, 0x10, 'D',  'I',  'A',  'N',  'C',  'E',  0x08, 0x0b,
+                             0x0a, 0x0c, 0x09, 0x0a, 0x0a, 0x0a, 0xff, 0xc0, 0xda, 0x00,
+                             0x08, 0x01, 0x01, 0x09, 0x00, 0x00, 0x3f};
+  webp.insert(webp.end(), std::begin(medical), std::end(medical));
+  webp.resize(170);
+  EXPECT_EQ(DecodeError(webp), "cannot be decoded: corrupt, or of an unsupported variant");
 }
 
 TEST(EncodedImageTest, JpegWithFillBytesBeforeAMarker) {

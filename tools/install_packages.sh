@@ -7,7 +7,7 @@ set -euo pipefail
 packages=(
   g++ cmake ninja-build pkg-config
   libhwy-dev
-  libopencv-dev libyaml-cpp-dev libcairo2-dev libjpeg-dev libpng-dev
+  libopencv-dev libyaml-cpp-dev libcairo2-dev libjpeg-dev libpng-dev libwebp-dev
   libcli11-dev nlohmann-json3-dev
   opencl-headers ocl-icd-opencl-dev pocl-opencl-icd
   libgtest-dev libbenchmark-dev

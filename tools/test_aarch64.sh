@@ -16,7 +16,8 @@ libraries=$sysroot/usr/lib/aarch64-linux-gnu
 if [[ ! -e $libraries/liblapack.so.3 ]]; then
   rm -rf "$sysroot"
   packages=(libc6-dev libstdc++-12-dev libhwy-dev libgtest-dev libopencv-dev libyaml-cpp-dev
-    libcairo2-dev libjpeg-dev libpng-dev libcli11-dev nlohmann-json3-dev)
+    libcairo2-dev libjpeg-dev libpng-dev libwebp-dev
+    libcli11-dev nlohmann-json3-dev)
   mmdebstrap --quiet --architectures=arm64 --variant=extract \
     --aptopt='APT::Install-Recommends "false"' --include="$(IFS=,; echo "${packages[*]}")" \
     bookworm "$sysroot"

@@ -87,7 +87,7 @@ elseif(STEP STREQUAL "links")
   if(libraries MATCHES "not found")
     message(FATAL_ERROR "a library of the consumer is not found")
   endif()
-  if(libraries MATCHES "lib(opencv|pocl|yaml|cairo|png|jpeg|topotag_io)[^ ]*")
+  if(libraries MATCHES "lib(opencv|pocl|yaml|cairo|png|jpeg|webp|topotag_io)[^ ]*")
     message(FATAL_ERROR "a consumer of the core is linked with ${CMAKE_MATCH_0}")
   endif()
 
