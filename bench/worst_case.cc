@@ -6,9 +6,6 @@
 // A search tries the same pictures in the same order for the same seed, as far as it gets and as
 // far as times agree on which is the worse.
 
-#include <malloc.h>
-#include <time.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -17,22 +14,10 @@
 #include <vector>
 
 #include "bench/command.h"
-#include "tests/allocation_hooks.h"
+#include "tests/live_bytes.h"
+#include "tests/thread_time.h"
 #include "tests/worst_picture.h"
 #include "topotag/detector.h"
-
-namespace {
-
-int64_t live_bytes = 0, most_live_bytes = 0;
-
-}  // namespace
-
-// Detectors of one thread: nothing is allocated on another one.
-void OnAllocate(void* memory) {
-  live_bytes += static_cast<int64_t>(malloc_usable_size(memory));
-  most_live_bytes = std::max(most_live_bytes, live_bytes);
-}
-void OnFree(void* memory) { live_bytes -= static_cast<int64_t>(malloc_usable_size(memory)); }
 
 namespace topotag::bench {
 namespace {
@@ -59,11 +44,7 @@ struct Cost {
   size_t markers = 0;
 };
 
-double Milliseconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
+double Milliseconds() { return ThreadSeconds() * 1e3; }
 
 /// Of a detector that sees nothing else.
 Cost CostOf(const WorstPicture& picture, const std::string& options, int width, int height,
@@ -71,8 +52,7 @@ Cost CostOf(const WorstPicture& picture, const std::string& options, int width, 
   const PaddedImage image = picture.Draw(width, height);
   std::vector<Detection> detections;
   detections.reserve(1 << 16);
-  const int64_t before = live_bytes;
-  most_live_bytes = before;
+  const PeakBytes peak;
   Detector detector(WorstOptions(options, width, height));
   Cost cost;
   for (int i = 0; i < frames && (i == 0 || i * cost.ms < kEnough); ++i) {
@@ -81,7 +61,7 @@ Cost CostOf(const WorstPicture& picture, const std::string& options, int width, 
     const double ms = Milliseconds() - begin;
     cost.ms = i == 0 ? ms : std::min(cost.ms, ms);
   }
-  cost.bytes = static_cast<double>(most_live_bytes - before);
+  cost.bytes = static_cast<double>(peak.Get());
   cost.markers = detections.size();
   return cost;
 }

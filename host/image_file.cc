@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <system_error>
 
+#include "host/check.h"
 #include "host/encoded_image.h"
 #include "host/file.h"
 #include "host/jpeg.h"
@@ -59,7 +60,7 @@ std::vector<uint8_t> Encode(const ImageView& image, const std::string& extension
     if (error.code == cv::Error::StsNoMem) throw std::bad_alloc();
     Fail("cannot be encoded: " + error.err.substr(0, error.err.find('\n')));
   }
-  Fail("an image of " + std::to_string(image.width) + "x" + std::to_string(image.height) +
+  Fail("an image of " + Text(image.width, image.height) +
        " pixels cannot be encoded in this format");
 }
 

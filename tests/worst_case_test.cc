@@ -1,12 +1,10 @@
 // The stated bounds of the worst case: whatever a frame shows, memory and work grow no faster than
-// its number of pixels, by known factors (host/pipeline.h, the noise limit; host/detector.cc, the
-// second looks).
+// its number of pixels, by known factors (host/pipeline.h, the noise limit; host/second_look.cc,
+// the second looks).
 
 #include <gtest/gtest.h>
-#include <malloc.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -20,24 +18,9 @@
 #include "host/stages.h"
 #include "host/workers.h"
 #include "simd/label.h"
-#include "tests/allocation_hooks.h"
+#include "tests/live_bytes.h"
 #include "tests/worst_patterns.h"
 #include "topotag/detector.h"
-
-namespace {
-
-std::atomic<int64_t> live_bytes{0};
-std::atomic<int64_t> most_live_bytes{0};
-
-}  // namespace
-
-void OnAllocate(void* memory) {
-  const int64_t live = live_bytes += static_cast<int64_t>(malloc_usable_size(memory));
-  int64_t most = most_live_bytes;
-  while (most < live && !most_live_bytes.compare_exchange_weak(most, live)) {
-  }
-}
-void OnFree(void* memory) { live_bytes -= static_cast<int64_t>(malloc_usable_size(memory)); }
 
 namespace topotag {
 namespace {
@@ -131,12 +114,11 @@ Options MakeOptions(int threads) {
 
 // Peak of a detector's memory over all patterns, bytes.
 int64_t PeakMemory(const std::vector<PaddedImage>& images, int threads) {
-  const int64_t before = live_bytes;
-  most_live_bytes = before;
+  const PeakBytes peak;
   Detector detector(MakeOptions(threads));
   std::vector<Detection> detections;
   for (const PaddedImage& image : images) detector.detect(image.view(), &detections);
-  return most_live_bytes - before;
+  return peak.Get();
 }
 
 // The memory of a detector that has seen all of them: a factor of the pixels.

@@ -4,29 +4,15 @@
 #include "tests/worst_picture.h"
 
 #include <gtest/gtest.h>
-#include <malloc.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "host/place_grid.h"
-#include "tests/allocation_hooks.h"
+#include "tests/live_bytes.h"
+#include "tests/thread_time.h"
 #include "topotag/detector.h"
-
-namespace {
-
-int64_t live_bytes = 0, most_live_bytes = 0;
-
-}  // namespace
-
-// Detectors of one thread: nothing is allocated on another one.
-void OnAllocate(void* memory) {
-  live_bytes += static_cast<int64_t>(malloc_usable_size(memory));
-  most_live_bytes = std::max(most_live_bytes, live_bytes);
-}
-void OnFree(void* memory) { live_bytes -= static_cast<int64_t>(malloc_usable_size(memory)); }
 
 namespace topotag {
 namespace {
@@ -39,20 +25,13 @@ TEST(WorstPictureTest, MemoryIsBoundedByThePixels) {
     constexpr int kWidth = 640, kHeight = 480;
     const PaddedImage image = WorstPicture::Parse(known.picture).Draw(kWidth, kHeight);
     std::vector<Detection> detections;
-    const int64_t before = live_bytes;
-    most_live_bytes = before;
+    const PeakBytes peak;
     Detector detector(WorstOptions(known.options, kWidth, kHeight));
     detector.detect(image.view(), &detections);
-    const double bytes = static_cast<double>(most_live_bytes - before) / (kWidth * kHeight);
+    const double bytes = static_cast<double>(peak.Get()) / (kWidth * kHeight);
     RecordProperty("bytes_per_pixel", std::to_string(bytes));
     EXPECT_LT(bytes, kMaxBytesPerPixel) << known.options << ": " << known.picture;
   }
-}
-
-double ThreadSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
 // The thread's own time, which others on the machine do not count in, of the fastest frame; tries

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "host/check.h"
 #include "tools/detect_arguments.h"
 #include "tools/draw.h"
 #include "tools/frame_source.h"
@@ -127,10 +128,10 @@ void Run::CheckSize(const Frame& frame) const {
   if (!options_.camera || options_.camera->width == 0) return;
   const Camera& camera = *options_.camera;
   if (frame.pixels.width == camera.width && frame.pixels.height == camera.height) return;
-  throw Error(ErrorCode::kInvalidArgument,
-              "the image is " + std::to_string(frame.pixels.width) + "x" +
-                  std::to_string(frame.pixels.height) + ", the camera file " + arguments_.camera +
-                  " is for " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  throw Error(ErrorCode::kInvalidArgument, "the image is " +
+                                               Text(frame.pixels.width, frame.pixels.height) +
+                                               ", the camera file " + arguments_.camera +
+                                               " is for " + Text(camera.width, camera.height));
 }
 
 void Run::Search() {

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "host/check.h"
 #include "tools/command.h"
 #include "tools/frame_source.h"
 #include "topotag/error.h"
@@ -36,8 +37,8 @@ uint64_t ParseMaxPixels(const std::string& text) {
 
 void CheckPixels(int width, int height, uint64_t max_pixels) {
   if (static_cast<uint64_t>(width) * static_cast<uint64_t>(height) <= max_pixels) return;
-  FailTooLarge("too large: " + std::to_string(width) + "x" + std::to_string(height) +
-               " pixels, more than the limit of " + std::to_string(max_pixels));
+  FailTooLarge("too large: " + Text(width, height) + " pixels, more than the limit of " +
+               std::to_string(max_pixels));
 }
 
 Image ReadInput(const std::string& path, uint64_t max_pixels) {
