@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "host/file.h"
-#include "host/one_line.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -27,7 +26,7 @@ constexpr double kSkewTolerance = 1e-6;
 constexpr double kZeroTolerance = 1e-9;
 
 [[noreturn]] void Fail(ErrorCode code, const std::string& path, const std::string& reason) {
-  throw Error(code, OneLine("camera file '" + path + "': " + reason));
+  throw Error(code, "camera file '" + path + "': " + reason);
 }
 
 std::string Quoted(const std::string& text) {

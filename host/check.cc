@@ -2,7 +2,6 @@
 
 #include <cstdio>
 
-#include "host/one_line.h"
 #include "topotag/error.h"
 
 namespace topotag {
@@ -17,9 +16,7 @@ std::string Text(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-void FailArgument(const std::string& message) {
-  throw Error(ErrorCode::kInvalidArgument, OneLine(message));
-}
+void FailArgument(const std::string& message) { throw Error(ErrorCode::kInvalidArgument, message); }
 
 void RequireNotNull(const void* pointer, const std::string& name) {
   if (pointer == nullptr) FailArgument(name + " is null");

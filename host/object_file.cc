@@ -14,7 +14,6 @@
 
 #include "host/file.h"
 #include "host/object_name.h"
-#include "host/one_line.h"
 #include "host/planar_pose.h"
 #include "host/rigid_transform.h"
 #include "topotag/error.h"
@@ -78,7 +77,7 @@ class Reader {
 
  private:
   [[noreturn]] void Fail(const std::string& reason) const {
-    throw Error(ErrorCode::kParse, OneLine(path_ + ":" + std::to_string(line_) + ": " + reason));
+    throw Error(ErrorCode::kParse, path_ + ":" + std::to_string(line_) + ": " + reason);
   }
 
   double ReadNumber(const std::vector<std::string_view>& words, size_t field) const {

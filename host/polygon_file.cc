@@ -7,7 +7,6 @@
 #include <system_error>
 
 #include "host/file.h"
-#include "host/one_line.h"
 #include "topotag/error.h"
 #include "topotag/marker.h"
 
@@ -57,9 +56,9 @@ std::vector<Point2> ReadPolygon(const std::string& path) {
     Point2 point;
     bool found = false;
     if (!ParsePoint(line, &point, &found)) {
-      throw Error(ErrorCode::kParse, OneLine(path + ":" + std::to_string(number) +
-                                             ": expected two numbers 'x y', got '" +
-                                             std::string(line.substr(0, kMaxQuoted)) + "'"));
+      throw Error(ErrorCode::kParse, path + ":" + std::to_string(number) +
+                                         ": expected two numbers 'x y', got '" +
+                                         std::string(line.substr(0, kMaxQuoted)) + "'");
     }
     if (found) polygon.push_back(point);
   }

@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "host/one_line.h"
 #include "topotag/error.h"
 #include "topotag/geometry.h"
 
@@ -18,7 +17,7 @@ using Json = nlohmann::json;
 
 /// @throws Error (kParse) "WHERE: reason"
 [[noreturn]] inline void Fail(const std::string& where, const std::string& reason) {
-  throw Error(ErrorCode::kParse, OneLine(where + ": " + reason));
+  throw Error(ErrorCode::kParse, where + ": " + reason);
 }
 
 /// An object of a JSON file and how messages name it. Refers to the object.
@@ -99,7 +98,7 @@ auto At(const std::string& where, Read read) {
   try {
     return read();
   } catch (const Error& error) {
-    throw Error(error.code(), OneLine(where + ": " + error.what()));
+    throw Error(error.code(), where + ": " + error.what());
   }
 }
 

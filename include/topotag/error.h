@@ -17,9 +17,10 @@ enum class ErrorCode {
 
 /// The only exception type that the library throws on purpose. what() is one line that names
 /// the value, file or option and the reason. Where memory runs out, std::bad_alloc comes through.
+/// Control characters of a name or a file that is quoted have become blanks.
 class Error : public std::runtime_error {
  public:
-  Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  Error(ErrorCode code, const std::string& message);
   ErrorCode code() const noexcept { return code_; }
 
  private:
