@@ -1,6 +1,7 @@
 #include "host/file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -94,6 +95,8 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
   }
   CreateUnnamed();
   if (file_ == nullptr) CreateNamed();
+  // What was not for everyone's eyes is not afterwards.
+  if (fs::exists(status)) fchmod(fileno(file_), static_cast<mode_t>(status.permissions()));
 }
 
 OutputFile::~OutputFile() {

@@ -24,7 +24,8 @@ std::string ReadText(const std::string& path, size_t max_size);
 /// A file that appears under its name only when it is complete. Until then it has none, so that
 /// nothing is left behind however the process ends; where the file system knows no such files, it
 /// has a temporary one in the same folder. A failure leaves neither of the two, and an old file
-/// stays. Where the path is a symbolic link to a file, that file is replaced.
+/// stays. A file that is replaced hands on its permissions; where the path is a symbolic link to a
+/// file, that file is replaced.
 /// Every error is an Error (kFile) "cannot write 'PATH': REASON".
 class OutputFile {
  public:
