@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "bench/timing.h"
+#include "host/one_line.h"
 #include "tools/command.h"
 #include "tools/image_input.h"
 #include "tools/output.h"
@@ -106,7 +107,7 @@ std::string FormatJson(const std::string& path, const Image& image,
 
 std::string FormatText(const std::string& path, const Image& image,
                        const std::vector<bench::Measured>& results) {
-  std::string text = path + ": " + std::to_string(image.width()) + "x" +
+  std::string text = OneLine(path) + ": " + std::to_string(image.width()) + "x" +
                      std::to_string(image.height()) + ", times in microseconds\n";
   char line[128];
   for (const bench::Measured& measured : results) {
@@ -140,16 +141,18 @@ int RunBench(const Arguments& arguments) {
     for (const std::string& reason : setups.missing) output.Write("left out: " + reason + "\n");
   }
   for (const std::string& path : ListInputs(arguments.images, &status)) {
+    std::string report;
     try {
       ForFile(path, [&] {
         const Image image = ReadInput(path, max_pixels);
         const auto results = bench::Measure(setups.available, options, {image.view()}, budget);
-        output.Write(is_text ? FormatText(path, image, results) : FormatJson(path, image, results));
+        report = is_text ? FormatText(path, image, results) : FormatJson(path, image, results);
       });
     } catch (const std::exception& error) {
       Complain(Named(path, Describe(error)));
       status = kFailure;
     }
+    output.Write(report);
   }
   return status;
 }
@@ -160,12 +163,7 @@ Command AddBench(CLI::App* app) {
   CLI::App* command = app->add_subcommand("bench", "Time each stage on your own images");
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  command->add_option("IMAGE", a.images, "Images, folders of images")
-      ->required()
-      ->type_name("")
-      ->check([](const std::string& input) {
-        return input.empty() ? std::string("the name is empty") : std::string();
-      });
+  AddInputs(command, "IMAGE", &a.images, "Images, folders of images");
   AddText(command, "What to do", "--family", &a.family, "LIST",
           "From 3x3 to 8x8 (default: 3x3,4x4,5x5)");
   AddText(command, "What to do", "--camera", &a.camera, "FILE",

@@ -16,6 +16,14 @@
 
 namespace topotag::tools {
 
+CLI::Option* AddInputs(CLI::App* command, const char* name, std::vector<std::string>* inputs,
+                       const char* help) {
+  const auto check = [](const std::string& input) {
+    return input.empty() ? std::string("the name is empty") : std::string();
+  };
+  return command->add_option(name, *inputs, help)->required()->type_name("")->check(check);
+}
+
 CLI::Option* AddText(CLI::App* command, const char* group, const char* name, std::string* value,
                      const char* type, const char* help) {
   const auto check = [](const std::string& text) {
@@ -95,6 +103,9 @@ std::vector<uint64_t> ParseIds(const std::string& option, const std::string& tex
     const size_t end = std::min(text.find(',', begin), text.size());
     const std::string part = text.substr(begin, end - begin);
     const size_t dash = part.find('-');
+    if (part.empty() || dash == 0 || dash == part.size() - 1) {
+      throw UsageError(option + ": '" + part + "' is not an ID or a range of IDs");
+    }
     const uint64_t first = ParseId(option, part.substr(0, dash), family);
     const uint64_t last =
         dash == std::string::npos ? first : ParseId(option, part.substr(dash + 1), family);

@@ -42,6 +42,10 @@ Command AddBench(CLI::App* app);
 Command AddInfo(CLI::App* app);
 Command AddObject(CLI::App* app);
 
+/// The arguments that name what to read: at least one, none of them empty.
+CLI::Option* AddInputs(CLI::App* command, const char* name, std::vector<std::string>* inputs,
+                       const char* help);
+
 /// An option whose value is kept as it is typed; an empty value is wrong usage.
 CLI::Option* AddText(CLI::App* command, const char* group, const char* name, std::string* value,
                      const char* type, const char* help);

@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -27,13 +26,17 @@ volatile sig_atomic_t g_interrupted = 0;  // the signal
 
 void Interrupt(int signal) { g_interrupted = signal; }
 
-/// The frame in work is finished; a second signal ends the process at once.
+/// The frame in work is finished; a second signal ends the process at once. A signal that the
+/// caller wants to be ignored, as of a script's background jobs, is.
 void CatchInterrupts() {
   struct sigaction action {};
   action.sa_handler = Interrupt;
   action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  for (const int number : {SIGINT, SIGTERM}) {
+    struct sigaction inherited {};
+    sigaction(number, nullptr, &inherited);
+    if (inherited.sa_handler != SIG_IGN) sigaction(number, &action, nullptr);
+  }
 }
 
 Format ParseFormat(const std::string& name) {
@@ -83,8 +86,11 @@ class Run {
                      : std::nullopt),
         source_(arguments.inputs, ParseMaxPixels(arguments.max_pixels)),
         output_(arguments.output) {
-    const std::vector<std::string> files = source_.Files();
-    ProtectInputs(files);
+    std::vector<std::string> files = source_.Files();
+    files.push_back(arguments.camera);
+    files.insert(files.end(), arguments.objects.begin(), arguments.objects.end());
+    CheckOutputs({{"--output", arguments.output}}, files);
+    files.push_back(arguments.output);
     if (!arguments.draw.empty()) draw_.emplace(arguments.draw, files);
     if (!arguments.stages.empty()) stages_.emplace(arguments.stages, files);
   }
@@ -94,7 +100,6 @@ class Run {
  private:
   /// @return false at the end.
   bool DetectNext();
-  void ProtectInputs(const std::vector<std::string>& files) const;
   void CheckSize(const Frame& frame) const;
   void Search();
   void WritePictures();
@@ -114,15 +119,6 @@ class Run {
   Frame frame_;
   FrameResult result_;
 };
-
-void Run::ProtectInputs(const std::vector<std::string>& files) const {
-  for (const std::string& file : files) {
-    std::error_code ignored;
-    if (!output_.is_stdout() && std::filesystem::equivalent(arguments_.output, file, ignored)) {
-      throw UsageError("--output: " + arguments_.output + " is an input");
-    }
-  }
-}
 
 void Run::CheckSize(const Frame& frame) const {
   if (!options_.camera || options_.camera->width == 0) return;
@@ -153,6 +149,12 @@ bool Run::DetectNext() {
   if (!source_.Next(&frame_)) return false;
   try {
     CheckSize(frame_);
+  } catch (const Error& error) {
+    // No other frame of it has another size.
+    if (frame_.is_sequence) source_.LeaveSequence();
+    throw Error(ErrorCode::kFile, Named(frame_.image, error.what()));
+  }
+  try {
     Search();
   } catch (const std::exception& error) {
     const std::string frame =

@@ -92,12 +92,7 @@ Options ParseOptions(const DetectArguments& arguments) {
 
 void AddDetectArguments(CLI::App* command, DetectArguments* arguments) {
   DetectArguments& a = *arguments;
-  command->add_option("INPUT", a.inputs, "Images, folders of images, videos, camera:INDEX")
-      ->required()
-      ->type_name("")
-      ->check([](const std::string& input) {
-        return input.empty() ? std::string("the name is empty") : std::string();
-      });
+  AddInputs(command, "INPUT", &a.inputs, "Images, folders of images, videos, camera:INDEX");
   AddText(command, "What to find", "--family", &a.family, "LIST",
           "From 3x3 to 8x8 (default: 3x3,4x4,5x5)");
   AddText(command, "What to find", "--roi", &a.roi, "X,Y,W,H",

@@ -5,6 +5,8 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "tools/report_formats.h"
+
 namespace topotag::tools {
 namespace {
 
@@ -96,7 +98,7 @@ void DrawAxes(cv::Mat* picture, const Pose& pose, const Camera& camera, double l
 
 /// Above the marker, or below it where the frame ends.
 void DrawLabel(cv::Mat* picture, const Detection& detection, double side, double scale) {
-  const std::string text = detection.family.name() + " " + std::to_string(detection.id);
+  const std::string text = detection.family.name() + " " + IdText(detection);
   constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
   constexpr double kCapHeight = 21;  // of the font at scale 1, pixels
   const double font_scale = std::clamp(side / 7, 11 * scale, 20 * scale) / kCapHeight;

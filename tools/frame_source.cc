@@ -82,6 +82,8 @@ void FrameSource::Add(const std::string& path) {
   if (!fs::exists(status)) {
     const std::string reason = error ? error.message() : "no such file or folder";
     inputs_.push_back({Kind::kUnreadable, path, reason});
+  } else if (IsVideo(path) && !fs::is_directory(status) && !fs::is_regular_file(status)) {
+    inputs_.push_back({Kind::kUnreadable, path, "not a regular file"});
   } else if (!fs::is_directory(status)) {
     inputs_.push_back({IsVideo(path) ? Kind::kVideo : Kind::kImage, path, ""});
   } else {
@@ -117,11 +119,22 @@ bool FrameSource::Next(Frame* frame) {
   return false;
 }
 
+std::string FrameSource::EarlyEnd(const std::string& path) const {
+  const int64_t stated = CountsFrames(path) ? StatedFrames(video_) : 0;
+  std::string end = " after " + std::to_string(video_frame_);
+  if (stated > video_frame_) end += " of " + std::to_string(stated);
+  end += " frames";
+  const uint64_t missing = MissingBytes(path);
+  if (missing > 0)
+    return "is cut off" + end + ": " + std::to_string(missing) + " bytes are missing";
+  // A few that cannot be decoded are left out by readers; a tenth is more than that.
+  return video_frame_ + 1 < stated && 10 * video_frame_ < 9 * stated ? "ends" + end : "";
+}
+
 bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
   const bool is_camera = input.kind == Kind::kCamera;
   const auto fail = [&](const std::string& reason) {
-    video_.release();
-    ++next_;
+    LeaveSequence();
     throw Error(ErrorCode::kFile, input.path + ": " + reason);
   };
   const QuietStderr quiet;
@@ -138,15 +151,10 @@ bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
   }
   if (!video_.read(decoded_) || decoded_.empty()) {
     if (video_frame_ == 0) fail("no frame can be read");
-    const int64_t stated = is_camera ? 0 : StatedFrames(video_);
-    const std::string end = " after " + std::to_string(video_frame_) + " of " +
-                            std::to_string(std::max(stated, video_frame_)) + " frames";
-    const uint64_t missing = is_camera ? 0 : MissingBytes(input.path);
-    if (missing > 0) {
-      fail("is cut off" + end + ": " + std::to_string(missing) + " bytes are missing");
+    if (!is_camera) {
+      const std::string reason = EarlyEnd(input.path);
+      if (!reason.empty()) fail(reason);
     }
-    // Some containers only estimate their length; a tenth missing is no rounding.
-    if (video_frame_ + 1 < stated && 10 * video_frame_ < 9 * stated) fail("ends" + end);
     video_.release();
     return false;
   }
@@ -162,6 +170,11 @@ bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
             ImageView{gray_.data, gray_.cols, gray_.rows, static_cast<ptrdiff_t>(gray_.step)},
             input.argument};
   return true;
+}
+
+void FrameSource::LeaveSequence() {
+  video_.release();
+  ++next_;
 }
 
 int64_t FrameSource::CountFrames() const {

@@ -33,6 +33,8 @@ class FrameSource {
   /// @throws Error (kFile) that names the input and the reason.
   bool Next(Frame* frame);
 
+  /// Leaves the rest of the video or camera that the last frame came from.
+  void LeaveSequence();
   /// Frames of all inputs by the headers of the videos; 0 where a camera makes it endless.
   int64_t CountFrames() const;
   /// All inputs that are files.
@@ -52,6 +54,8 @@ class FrameSource {
 
   void Add(const std::string& path);
   bool NextOfVideo(const Input& input, Frame* frame);
+  /// Why a video's last frame may not be its end; empty where it is.
+  std::string EarlyEnd(const std::string& path) const;
 
   uint64_t max_pixels_;
   std::vector<Input> inputs_;

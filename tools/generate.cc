@@ -66,6 +66,17 @@ std::string FileName(const MarkerDesign& design, const std::string& format) {
   return design.family.name() + "_" + std::string(digits - id.size(), '0') + id + "." + format;
 }
 
+/// Of the errors of `write`, those that are not about the file do not name it.
+template <typename Write>
+void WriteTo(const std::string& file, Write write) {
+  try {
+    write();
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kInvalidArgument) throw;
+    throw Error(error.code(), Named(file, error.what()));
+  }
+}
+
 void WriteFolder(const Arguments& arguments, MarkerDesign design, const PrintOptions& print,
                  const std::vector<uint64_t>& ids) {
   const std::string format = arguments.format.empty() ? "png" : arguments.format;
@@ -73,7 +84,7 @@ void WriteFolder(const Arguments& arguments, MarkerDesign design, const PrintOpt
   for (const uint64_t id : ids) {
     design.id = id;
     const std::string file = (fs::path(arguments.output) / FileName(design, format)).string();
-    ForFile(file, [&] { WriteMarker(design, print, file); });
+    WriteTo(file, [&] { WriteMarker(design, print, file); });
   }
 }
 
@@ -114,12 +125,12 @@ void Generate(const Arguments& arguments) {
   CheckOutputFile(arguments);
   if (is_single) {
     design.id = ids[0];
-    ForFile(arguments.output, [&] { WriteMarker(design, print, arguments.output); });
+    WriteTo(arguments.output, [&] { WriteMarker(design, print, arguments.output); });
     return;
   }
   std::vector<MarkerDesign> designs(ids.size(), design);
   for (size_t i = 0; i < ids.size(); ++i) designs[i].id = ids[i];
-  ForFile(arguments.output, [&] { WriteSheet(designs, print, sheet, arguments.output); });
+  WriteTo(arguments.output, [&] { WriteSheet(designs, print, sheet, arguments.output); });
 }
 
 int RunGenerate(const Arguments& arguments) {

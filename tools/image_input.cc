@@ -21,7 +21,7 @@ constexpr uint64_t kMostPixels = uint64_t{kMaxImageSide} * kMaxImageSide;
 
 CLI::Option* AddMaxPixels(CLI::App* command, const char* group, std::string* value) {
   const std::string help =
-      "Refuse larger images (default: " + std::to_string(kDefaultMaxPixels) + ")";
+      "Refuse to read larger images (default: " + std::to_string(kDefaultMaxPixels) + ")";
   return AddText(command, group, "--max-pixels", value, "N", help.c_str());
 }
 

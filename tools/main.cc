@@ -30,9 +30,10 @@ void SilenceLibraries() {
   signal(SIGXFSZ, SIG_IGN);
 }
 
-/// Standard output may be a full disk or a reader that has gone.
-int FlushStdout(int status) {
-  errno = 0;
+/// Standard output may be a full disk or a reader that has gone. `earlier`: errno of a write that
+/// went by way of a library.
+int FlushStdout(int status, int earlier = 0) {
+  errno = earlier;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
   if (errno == EPIPE || errno == 0) return status;
   Complain(std::string("standard output: cannot be written: ") + std::strerror(errno));
@@ -73,8 +74,9 @@ int Main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+      errno = 0;
       app.exit(error);
-      return FlushStdout(kSuccess);
+      return FlushStdout(kSuccess, errno);
     }
     Complain(error.what());
     return kUsage;

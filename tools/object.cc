@@ -120,6 +120,10 @@ Options ParseOptions(const Arguments& a, const Object& start) {
 int Detect(const Arguments& a, const Options& options, std::vector<ObjectView>* views) {
   Detector detector(options);
   FrameSource source(a.inputs, ParseMaxPixels(a.max_pixels));
+  std::vector<std::string> files = source.Files();
+  files.push_back(a.camera);
+  files.push_back(a.object);
+  CheckOutputs({{"-o", a.output}}, files);
   const bool show_progress = isatty(STDERR_FILENO) != 0;
   Progress progress(show_progress, show_progress ? source.CountFrames() : 1);
   int status = kSuccess;
@@ -165,6 +169,7 @@ int RunCalibrate(const Arguments& a) {
   const Object start = ParseStart(a);
   std::vector<ObjectView> views;
   const int status = Detect(a, ParseOptions(a, start), &views);
+  if (views.empty()) throw Error(ErrorCode::kFile, "object calibrate: no picture could be read");
   const ObjectCalibration result = CalibrateObject(
       start, views, a.object.empty() ? ObjectFrame::kFirstMarker : ObjectFrame::kAllMarkers);
   Write(result.object, a.output);
@@ -209,9 +214,7 @@ void AddBody(CLI::App* command, Arguments* a) {
 }
 
 void AddCalibrate(CLI::App* command, Arguments* a) {
-  command->add_option("INPUT", a->inputs, "Images, folders of images, videos")
-      ->required()
-      ->type_name("");
+  AddInputs(command, "INPUT", &a->inputs, "Images, folders of images, videos");
   AddText(command, "Markers", "--object", &a->object, "FILE",
           "The object as it is meant to be; its frame is kept");
   AddText(command, "Markers", "--family", &a->family, "NAME",

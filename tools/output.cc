@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 
 #include "tools/command.h"
@@ -20,7 +21,8 @@ namespace fs = std::filesystem;
 
 std::string AbsolutePath(const std::string& path) {
   std::error_code error;
-  const fs::path absolute = fs::weakly_canonical(path, error);
+  fs::path absolute = fs::absolute(path, error);
+  if (!error) absolute = fs::weakly_canonical(absolute, error);
   return error ? path : absolute.string();
 }
 
@@ -73,6 +75,25 @@ void WriteOutput(const std::string& path, const std::string& text) {
   OutputStream stream(path);
   stream.Write(text);
   stream.Finish();
+}
+
+void CheckOutputs(const std::vector<NamedOutput>& outputs, const std::vector<std::string>& inputs) {
+  std::error_code ignored;
+  std::map<std::string, const char*> written;
+  for (const auto& [option, path] : outputs) {
+    const bool is_file = !fs::exists(path, ignored) || fs::is_regular_file(path, ignored);
+    if (path.empty() || path == "-" || !is_file) continue;
+    for (const std::string& input : inputs) {
+      if (fs::equivalent(path, input, ignored)) {
+        throw UsageError(std::string(option) + ": " + path + " is an input");
+      }
+    }
+    const auto [other, is_new] = written.emplace(AbsolutePath(path), option);
+    if (!is_new) {
+      throw UsageError(std::string(option) + ": " + path + " is that of " + other->second +
+                       ", too");
+    }
+  }
 }
 
 void MakeFolder(const std::string& folder) {

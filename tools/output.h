@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/file.h"
@@ -44,6 +45,13 @@ class OutputStream {
 
 /// Writes all of an OutputStream.
 void WriteOutput(const std::string& path, const std::string& text);
+
+/// An option and the file that it names; none for "" and "-".
+using NamedOutput = std::pair<const char*, std::string>;
+
+/// Nothing that is read is written over, and nothing is written twice; devices and pipes may be.
+/// @throws UsageError that names the option and the file.
+void CheckOutputs(const std::vector<NamedOutput>& outputs, const std::vector<std::string>& inputs);
 
 /// Creates a folder and its parents where they do not exist.
 /// @throws Error (kFile) that names the folder.

@@ -125,6 +125,10 @@ std::string TruthLine(const Arguments& arguments, const Scene& scene) {
 
 int RunRender(const Arguments& arguments) {
   const uint64_t max_pixels = ParseMaxPixels(arguments.max_pixels);
+  CheckOutputs({{"-o", arguments.output},
+                {"--truth", arguments.truth},
+                {"--write-camera", arguments.write_camera}},
+               {arguments.scene, arguments.camera, arguments.background});
   SceneFile file;
   if (arguments.scene.empty()) {
     ParseScene(arguments, &file.scene);

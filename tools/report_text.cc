@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "host/mean_side.h"
+#include "host/one_line.h"
 #include "tools/report_formats.h"
 
 namespace topotag::tools {
@@ -14,7 +15,7 @@ constexpr double kDegrees = 180 / 3.14159265358979323846;
 std::string FormatText(const ExtraColumns& columns, const FrameResult& result) {
   const size_t count = result.detections.size();
   char line[256];
-  std::string text = result.image;
+  std::string text = OneLine(result.image);
   if (result.is_sequence) text += " frame " + std::to_string(result.frame);
   std::snprintf(line, sizeof line, ": %dx%d, ", result.width, result.height);
   text += line;
@@ -48,7 +49,7 @@ std::string FormatText(const ExtraColumns& columns, const FrameResult& result) {
   if (!result.objects) return text;
   for (const FoundObject& object : *result.objects) {
     const ObjectPose& pose = object.pose;
-    text += "  object " + object.name;
+    text += "  object " + OneLine(object.name);
     std::snprintf(line, sizeof line,
                   "  t (%.4f, %.4f, %.4f) m  rms %.3f px  from %zu of its markers", pose.t[0],
                   pose.t[1], pose.t[2], pose.rms_px, pose.used.size());

@@ -18,9 +18,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMaxFileSize = size_t{1} << 26;
+constexpr size_t kMaxFileSize = size_t{1} << 24;
+constexpr int kMaxNesting = 8;
 
-std::string Relative(const std::string& scene, const std::string& path) {
+/// A file that a scene names: of its own folder or below, so that somebody else's scene cannot have
+/// any file of this machine read.
+std::string Relative(const std::string& scene, const fs::path& path) {
+  if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end()) {
+    throw Error(ErrorCode::kParse,
+                "'" + path.string() + "' is not a file of the scene's folder or below");
+  }
   return (fs::path(scene).parent_path() / path).string();
 }
 
@@ -107,10 +114,11 @@ SceneMarker ReadMarker(const std::string& path, const JsonNode& node) {
   design.inner =
       At(node.Where("inner"), [&] { return ParseInnerShape(node.Text("inner", "square")); });
   const std::string outer = node.Text("outer", "square");
-  const std::string polygon = Relative(path, outer);
-  std::error_code ignored;
-  At(node.Where("outer"),
-     [&] { SetOuterShape(fs::is_regular_file(polygon, ignored) ? polygon : outer, &design); });
+  At(node.Where("outer"), [&] {
+    const std::string polygon = Relative(path, outer);
+    std::error_code ignored;
+    SetOuterShape(fs::is_regular_file(polygon, ignored) ? polygon : outer, &design);
+  });
   design.frame = node.Number("frame", design.frame);
   design.margin = node.Number("margin", design.margin);
   design.inverted = node.Flag("inverted", false);
@@ -130,7 +138,11 @@ Json ParseFile(const std::string& path) {
   const std::string text =
       At(path + ": cannot read scene", [&] { return ReadText(path, kMaxFileSize); });
   try {
-    return Json::parse(text);
+    const auto check = [](int depth, Json::parse_event_t, Json&) {
+      if (depth > kMaxNesting) throw Error(ErrorCode::kParse, "is nested too deeply");
+      return true;
+    };
+    return At(path, [&] { return Json::parse(text, check); });
   } catch (const Json::exception& error) {
     // "[json.exception.parse_error.101] parse error at line 1, ...": the tag says nothing.
     const std::string message = error.what();

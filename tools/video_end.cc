@@ -112,4 +112,9 @@ uint64_t MissingBytes(const std::string& path) {
   return 0;
 }
 
+bool CountsFrames(const std::string& path) {
+  Bytes bytes(path);
+  return bytes.Has(0, "RIFF") || bytes.Has(4, "ftyp");
+}
+
 }  // namespace topotag::tools

@@ -11,6 +11,10 @@ namespace topotag::tools {
 /// Readers of videos take a file that was cut off for one that ends early.
 uint64_t MissingBytes(const std::string& path);
 
+/// Whether the container holds the number of its frames: AVI, MP4 and MOV. Of others readers only
+/// know length times rate, which is no count where the rate varies.
+bool CountsFrames(const std::string& path);
+
 }  // namespace topotag::tools
 
 #endif  // TOPOTAG_TOOLS_VIDEO_END_H_
