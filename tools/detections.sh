@@ -2,8 +2,8 @@
 # What a build of the command line draws and finds, less what may differ between builds (times and
 # the backend's name), so that builds can be compared byte for byte:
 #   tools/detections.sh OUTPUT_FOLDER IMAGE_FOLDER COMMAND...
-# Scenes of every family are rendered; they, and the images of the folder where it exists, are
-# searched on the processor's backends, without a camera and with both kinds of poses. The lines
+# Scenes of every family are rendered; they, and all images below the folder where it exists, are
+# searched on the processor's backends, those with markers with both kinds of poses, too. The lines
 # come in OUTPUT_FOLDER/detections.json, the pictures in OUTPUT_FOLDER/frames.
 #   tools/detections.sh --compare FOLDER FOLDER
 # fails where two such folders differ, and tells what was compared.
@@ -50,13 +50,15 @@ for seed in {0..23}; do
 done
 inputs=(frames)
 if [[ -d $images ]]; then
-  inputs+=("$(realpath "$images")")
+  mapfile -t -O 1 inputs < <(
+    find -L "$(realpath "$images")" -regextype egrep -iregex '.*\.(jpg|png)' -printf '%h\n' | sort -u)
 else
   echo "detections: no folder of images at $images: rendered ones only" >&2
 fi
 # Images of other sizes take the camera as theirs.
 sed -i -E '/^image_(width|height):/d' "$out/camera.yaml"
 cd "$out"
+all=("${inputs[@]}")
 for backend in simd scalar; do
   for pose in none vertices photometric; do
     options=()
@@ -65,6 +67,13 @@ for backend in simd scalar; do
     fi
     "${command[@]}" detect --format json --backend "$backend" --family "$families" --far on \
       --inverted --quality on "${options[@]}" "${inputs[@]}" |
-      sed -E 's/"backend":"[^"]*",?//; s/,?"time_us":\{[^}]*\}//'
+      sed -E 's/"backend":"[^"]*",?//; s/,?"time_us":\{[^}]*\}//' > lines.json
+    cat lines.json >> detections.json
+    # Poses are a matter of images with markers only.
+    if [[ $pose == none ]]; then
+      mapfile -t inputs < <(sed -nE '/"family"/ s/.*"image":"([^"]*)".*/\1/p' lines.json)
+    fi
   done
-done > detections.json
+  inputs=("${all[@]}")
+done
+rm lines.json

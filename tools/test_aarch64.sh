@@ -7,7 +7,7 @@
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-images=${1:-$root/../shared/data/topotag_real}
+images=${1:-$root/../shared/data}
 sysroot=$root/build/aarch64-root
 build=$root/build/aarch64
 libraries=$sysroot/usr/lib/aarch64-linux-gnu

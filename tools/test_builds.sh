@@ -11,7 +11,7 @@
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-images=${TOPOTAG_IMAGES:-$root/../shared/data/topotag_real}
+images=${TOPOTAG_IMAGES:-$root/../shared/data}
 builds=$root/build
 variants=("$@")
 ((${#variants[@]} > 0)) || variants=(core no_opencl clang emulation shared)
