@@ -63,7 +63,7 @@ for target in "${targets[@]}"; do
   log="$build/$target.log"
   mkdir -p "$corpus" "$findings"
   "$build/tests/fuzz/fuzz_${target}_runs" --seeds "$corpus"
-  options=(-timeout=300 -rss_limit_mb=4096 -print_final_stats=1
+  options=(-timeout=300 -rss_limit_mb=4096 -malloc_limit_mb=512 -print_final_stats=1
     -artifact_prefix="$findings/")
   dictionary="$root/tests/fuzz/$target.dict"
   [[ -f $dictionary ]] && options+=(-dict="$dictionary")

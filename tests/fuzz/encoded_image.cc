@@ -57,7 +57,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   try {
     const Image image = DecodeImage({data, data + size}, fuzz::kMaxFuzzedPixels);
-    fuzz::Require(!image.empty(), "a picture without pixels");
+    const uint64_t width = static_cast<uint64_t>(image.width());
+    const uint64_t pixels = width * static_cast<uint64_t>(image.height());
+    fuzz::Require(pixels > 0, "a picture without pixels");
+    fuzz::Require(pixels <= fuzz::kMaxFuzzedPixels, "a picture of more pixels than allowed");
   } catch (const Error& error) {
     fuzz::RequireOneLine(error.what());
   }
