@@ -3,9 +3,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <utility>
 
+#include "tests/decimal_comma.h"
 #include "tests/object_util.h"
 #include "tests/temporary_folder.h"
 #include "topotag/error.h"
@@ -144,6 +146,24 @@ TEST_F(ObjectFileTest, TheSmallestMarkersAreWritten) {
   // Smaller ones are refused before they are written, not when they are read.
   object.markers[0].tag_size = 5e-16;
   EXPECT_THROW(WriteObject(object, path_), Error);
+}
+
+// A program may have set its user's locale.
+TEST_F(ObjectFileTest, NumbersHaveAPointInEveryLocale) {
+  const Object object = MakeRhombicuboctahedron(Family(4), 7, 0.03, 0.04);
+  WriteObject(object, path_);
+  const auto text = [&] {
+    std::ifstream file(path_);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string expected = text();
+  const test::DecimalComma locale;
+  if (!locale.Works()) GTEST_SKIP() << "no locale with a decimal comma";
+  WriteObject(object, path_);
+  EXPECT_EQ(text(), expected);
+  ExpectSame(ReadObject(path_), object);
+  EXPECT_EQ(Complaint("4x4 13 -0.03 0 0 0 0 0 0"),
+            ":1: marker 4x4 13: the size -0.03 m is not within 1e-09 .. 1e+06");
 }
 
 TEST_F(ObjectFileTest, FilesThatCannotBeReadOrWrittenAreNamed) {
