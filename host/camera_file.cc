@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "host/check.h"
 #include "host/file.h"
 #include "topotag/error.h"
 
@@ -33,12 +34,7 @@ std::string Quoted(const std::string& text) {
   return "'" + (text.size() <= kMaxQuoted ? text : text.substr(0, kMaxQuoted) + "...") + "'";
 }
 
-std::string ToText(double value) {
-  std::array<char, 32> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                 std::chars_format::general, 17);
-  return std::string(buffer.data(), end.ptr);
-}
+std::string ToText(double value) { return NumberText(value, 17); }
 
 std::string ReadYaml(const std::string& path) {
   std::string text;

@@ -1,16 +1,20 @@
 #include "host/check.h"
 
-#include <cstdio>
+#include <array>
+#include <charconv>
 
 #include "topotag/error.h"
 
 namespace topotag {
 
-std::string Text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%g", value);
-  return text;
+std::string NumberText(double value, int digits) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                 std::chars_format::general, digits);
+  return std::string(text.data(), end.ptr);
 }
+
+std::string Text(double value) { return NumberText(value, 6); }
 
 std::string Text(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);

@@ -5,6 +5,8 @@
 
 namespace topotag {
 
+/// A number of at most so many digits (1 .. 17), with a point whatever the caller's locale is.
+std::string NumberText(double value, int digits);
 /// The shortest usual form of a number in a message: "0.5", "1e+09".
 std::string Text(double value);
 /// "640x480".

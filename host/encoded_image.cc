@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "topotag/error.h"
 
@@ -15,19 +16,6 @@ using Bytes = std::vector<uint8_t>;
 
 [[noreturn]] void Fail(const std::string& reason) { throw Error(ErrorCode::kFile, reason); }
 [[noreturn]] void FailTruncated() { Fail("truncated"); }
-
-void CheckSize(uint64_t width, uint64_t height, uint64_t max_pixels) {
-  const std::string size = std::to_string(width) + "x" + std::to_string(height) + " pixels";
-  if (width == 0 || height == 0) Fail("corrupt: " + size);
-  if (width > kMaxImageSide || height > kMaxImageSide) {
-    Fail("too large: " + size + ", at most " + std::to_string(kMaxImageSide) +
-         " on a side are supported");
-  }
-  if (width * height > max_pixels) {
-    throw Error(ErrorCode::kTooLarge,
-                "too large: " + size + ", more than the limit of " + std::to_string(max_pixels));
-  }
-}
 
 bool HasPrefix(const Bytes& bytes, size_t at, const void* prefix, size_t size) {
   return bytes.size() >= at + size && std::memcmp(bytes.data() + at, prefix, size) == 0;
@@ -89,7 +77,7 @@ void CheckPng(Bytes* bytes, uint64_t max_pixels) {
     }
     const bool first = in == sizeof(kPngSignature);
     if (first != (type == "IHDR")) Fail("corrupt: misplaced PNG header chunk");
-    if (first) CheckSize(reader.U32(in + 8), reader.U32(in + 12), max_pixels);
+    if (first) CheckImageSize(reader.U32(in + 8), reader.U32(in + 12), max_pixels);
     const bool critical = (chunk[4] & 0x20) == 0;
     if (critical) {
       std::memmove(bytes->data() + out, chunk, size);
@@ -113,9 +101,9 @@ uint64_t NextJpegMarker(const Bytes& bytes, uint64_t at) {
   FailTruncated();
 }
 
-void CheckJpeg(const Bytes& bytes, uint64_t max_pixels) {
+// That nothing is cut off. The size is checked where libjpeg has read it (DecodeJpeg).
+void CheckJpeg(const Bytes& bytes) {
   const ByteReader reader(bytes, true);
-  bool sized = false;
   for (uint64_t at = 2;;) {
     if (reader.U8(at) != 0xFF) Fail("corrupt: a JPEG marker is missing");
     const uint32_t code = reader.U8(at + 1);
@@ -123,18 +111,16 @@ void CheckJpeg(const Bytes& bytes, uint64_t max_pixels) {
       ++at;
       continue;
     }
-    if (code == 0xD9) break;  // end of image
+    if (code == 0xD9) return;                              // end of image
+    if (code == 0x01 || (code >= 0xD0 && code <= 0xD8)) {  // a marker alone
+      at += 2;
+      continue;
+    }
     const uint32_t size = reader.U16(at + 2);
     if (size < 2) Fail("corrupt: empty JPEG segment");
-    const bool frame = code >= 0xC0 && code <= 0xCF && code != 0xC4 && code != 0xC8 && code != 0xCC;
-    if (frame && !sized) {
-      CheckSize(reader.U16(at + 7), reader.U16(at + 5), max_pixels);
-      sized = true;
-    }
     at += 2 + size;
     if (code == 0xDA) at = NextJpegMarker(bytes, at);  // start of scan
   }
-  if (!sized) Fail("corrupt: JPEG without a frame");
 }
 
 // --- BMP, WebP, TIFF ---------------------------------------------------------------------------
@@ -156,29 +142,21 @@ void CheckBmp(const Bytes& bytes, uint64_t max_pixels) {
     bits = reader.U16(28);
     compression = reader.U32(30);
   }
-  CheckSize(width, height, max_pixels);
+  CheckImageSize(width, height, max_pixels);
   constexpr uint32_t kUncompressed = 0, kBitFields = 3;
   if (compression > kBitFields) Fail("unsupported BMP compression " + std::to_string(compression));
   if (compression != kUncompressed && compression != kBitFields) return;
   if (reader.U32(10) + (width * bits + 31) / 32 * 4 * height > bytes.size()) FailTruncated();
 }
 
-void CheckWebp(const Bytes& bytes, uint64_t max_pixels) {
-  constexpr uint64_t kChunk = 12, kData = 20;
+// That nothing is cut off. The size is checked where libwebp has read it (DecodeWebp).
+void CheckWebp(const Bytes& bytes) {
   const ByteReader reader(bytes, false);
   if (uint64_t{8} + reader.U32(4) > bytes.size()) FailTruncated();
-  const auto is_chunk = [&](const char* type) { return HasPrefix(bytes, kChunk, type, 4); };
-  if (is_chunk("VP8X")) {
-    CheckSize(uint64_t{1} + reader.Get(kData + 4, 3), uint64_t{1} + reader.Get(kData + 7, 3),
-              max_pixels);
-  } else if (is_chunk("VP8L")) {
-    const uint32_t sides = reader.U32(kData + 1);
-    CheckSize(uint64_t{1} + (sides & 0x3FFF), uint64_t{1} + (sides >> 14 & 0x3FFF), max_pixels);
-  } else if (is_chunk("VP8 ")) {
-    CheckSize(reader.U16(kData + 6) & 0x3FFF, reader.U16(kData + 8) & 0x3FFF, max_pixels);
-  } else {
-    Fail("corrupt: WebP without a picture");
+  for (const char* type : {"VP8 ", "VP8L", "VP8X"}) {
+    if (HasPrefix(bytes, 12, type, 4)) return;
   }
+  Fail("corrupt: WebP without a picture");
 }
 
 /// The first directory of a TIFF file.
@@ -195,6 +173,13 @@ class TiffDirectory {
       const uint64_t size = uint64_t{reader_.U32(entry + 4)} * (type <= 12 ? kSizes[type] : 0);
       if (size > 4 && reader_.U32(entry + 8) + size > bytes.size()) FailTruncated();
     }
+  }
+
+  bool Has(uint32_t tag) const {
+    for (uint32_t i = 0; i < count_; ++i) {
+      if (reader_.U16(Entry(i)) == tag) return true;
+    }
+    return false;
   }
 
   std::vector<uint32_t> Values(uint32_t tag) const {
@@ -222,22 +207,41 @@ class TiffDirectory {
   uint32_t count_;
 };
 
+// Decoders ask for the memory of a whole tile, however small the picture is. Writers use one size
+// of tiles for pictures of any size: larger than the picture they may be, up to what does no harm.
+void CheckTileSize(const TiffDirectory& directory, uint64_t image_pixels) {
+  constexpr uint32_t kTileWidth = 322, kTileHeight = 323;
+  constexpr uint64_t kHarmless = uint64_t{1} << 24, kMostImages = 4;
+  // With one of the two, whatever its type, libtiff takes strips for tiles.
+  if (!directory.Has(kTileWidth) && !directory.Has(kTileHeight)) return;
+  const auto width = directory.Values(kTileWidth), height = directory.Values(kTileHeight);
+  if (width.size() != 1 || height.size() != 1) Fail("corrupt: TIFF tiles without a size");
+  const uint64_t pixels = uint64_t{width[0]} * height[0];
+  if (pixels == 0 || pixels > std::max(kHarmless, kMostImages * image_pixels)) {
+    Fail("corrupt: TIFF tiles of " + std::to_string(width[0]) + "x" + std::to_string(height[0]) +
+         " pixels");
+  }
+}
+
 void CheckTiff(const Bytes& bytes, uint64_t max_pixels) {
   constexpr uint32_t kWidth = 256, kHeight = 257;
   constexpr uint32_t kStrips = 273, kStripSizes = 279, kTiles = 324, kTileSizes = 325;
   const TiffDirectory directory(bytes);
   const auto width = directory.Values(kWidth), height = directory.Values(kHeight);
   if (width.size() != 1 || height.size() != 1) Fail("corrupt: TIFF without a size");
-  CheckSize(width[0], height[0], max_pixels);
-  auto places = directory.Values(kStrips), sizes = directory.Values(kStripSizes);
-  if (places.empty()) {
-    places = directory.Values(kTiles);
-    sizes = directory.Values(kTileSizes);
+  CheckImageSize(width[0], height[0], max_pixels);
+  CheckTileSize(directory, uint64_t{width[0]} * height[0]);
+  bool has_data = false;
+  for (const auto& [places_tag, sizes_tag] :
+       {std::pair(kStrips, kStripSizes), std::pair(kTiles, kTileSizes)}) {
+    const auto places = directory.Values(places_tag), sizes = directory.Values(sizes_tag);
+    if (places.size() != sizes.size()) Fail("corrupt: TIFF without pixel data");
+    for (size_t i = 0; i < places.size(); ++i) {
+      if (uint64_t{places[i]} + sizes[i] > bytes.size()) FailTruncated();
+      has_data = true;
+    }
   }
-  if (places.empty() || places.size() != sizes.size()) Fail("corrupt: TIFF without pixel data");
-  for (size_t i = 0; i < places.size(); ++i) {
-    if (uint64_t{places[i]} + sizes[i] > bytes.size()) FailTruncated();
-  }
+  if (!has_data) Fail("corrupt: TIFF without pixel data");
 }
 
 // --- PNM ---------------------------------------------------------------------------------------
@@ -249,7 +253,7 @@ class PnmReader {
     width = Number();
     height = Number();
     max = bitmap() ? 1 : Number();
-    CheckSize(width, height, max_pixels);
+    CheckImageSize(width, height, max_pixels);
     if (max < 1 || max > 65535) Fail("corrupt: PNM maximum value " + std::to_string(max));
     if (raw()) ++at_;  // one white space
     if (at_ + LeastBytes() > bytes_.size()) FailTruncated();
@@ -317,6 +321,19 @@ class PnmReader {
 
 }  // namespace
 
+void CheckImageSize(uint64_t width, uint64_t height, uint64_t max_pixels) {
+  const std::string size = std::to_string(width) + "x" + std::to_string(height) + " pixels";
+  if (width == 0 || height == 0) Fail("corrupt: " + size);
+  if (width > kMaxImageSide || height > kMaxImageSide) {
+    Fail("too large: " + size + ", at most " + std::to_string(kMaxImageSide) +
+         " on a side are supported");
+  }
+  if (width * height > max_pixels) {
+    throw Error(ErrorCode::kTooLarge,
+                "too large: " + size + ", more than the limit of " + std::to_string(max_pixels));
+  }
+}
+
 ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes, uint64_t max_pixels) {
   const auto starts = [&](const char* prefix, size_t size) {
     return HasPrefix(*bytes, 0, prefix, size);
@@ -326,11 +343,11 @@ ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes, uint64_t max_pixels) 
     return ImageFormat::kPng;
   }
   if (starts("\xFF\xD8", 2)) {
-    CheckJpeg(*bytes, max_pixels);
+    CheckJpeg(*bytes);
     return ImageFormat::kJpeg;
   }
   if (starts("RIFF", 4) && HasPrefix(*bytes, 8, "WEBP", 4)) {
-    CheckWebp(*bytes, max_pixels);
+    CheckWebp(*bytes);
     return ImageFormat::kWebp;
   }
   if (starts("II*\0", 4) || starts("MM\0*", 4)) {

@@ -11,11 +11,16 @@ namespace topotag {
 
 enum class ImageFormat { kPng, kJpeg, kBmp, kPnm, kTiff, kWebp };
 
+/// @throws Error with the reason only: (kFile) no pixels, sides above kMaxImageSide; (kTooLarge)
+///         more than `max_pixels` pixels.
+void CheckImageSize(uint64_t width, uint64_t height, uint64_t max_pixels);
+
 /// Checks the bytes of an image file before a decoder sees them: decoders print to stderr, fill
-/// what is missing with grey, and allocate whatever size a header claims.
+/// what is missing with grey, and allocate whatever size a header claims. The sizes of JPEG and
+/// WebP files are left to DecodeJpeg and DecodeWebp, which check what the decoders themselves read.
 /// PNG chunks that do not change the pixels are removed from `bytes`.
-/// @throws Error (kFile) with the reason only: not an image of these formats, truncated, corrupt,
-///         sides above kMaxImageSide; (kTooLarge) more than `max_pixels` pixels.
+/// @throws Error with the reason only: (kFile) not an image of these formats, truncated, corrupt;
+///         CheckImageSize's.
 ImageFormat CheckEncodedImage(std::vector<uint8_t>* bytes, uint64_t max_pixels = kDefaultMaxPixels);
 
 /// Decodes a checked PNM file (P1 .. P6, any maximum value) to 8-bit luminance.

@@ -70,8 +70,8 @@ Image DecodeImage(std::vector<uint8_t> bytes, uint64_t max_pixels) {
   if (bytes.empty()) Fail("the file is empty");
   const ImageFormat format = CheckEncodedImage(&bytes, max_pixels);
   if (format == ImageFormat::kPnm) return DecodePnm(bytes);
-  if (format == ImageFormat::kJpeg) return DecodeJpeg(bytes);
-  if (format == ImageFormat::kWebp) return DecodeWebp(bytes);
+  if (format == ImageFormat::kJpeg) return DecodeJpeg(bytes, max_pixels);
+  if (format == ImageFormat::kWebp) return DecodeWebp(bytes, max_pixels);
   cv::Mat mat;
   try {
     // Unchanged also means that no orientation tag is applied.

@@ -62,14 +62,19 @@ class Decoder {
 
   const char* message() const { return errors_.message; }
   bool is_cmyk() const { return jpeg_.out_color_space == JCS_CMYK; }
-  int width() const { return static_cast<int>(jpeg_.output_width); }
-  int height() const { return static_cast<int>(jpeg_.output_height); }
+  int width() const { return static_cast<int>(jpeg_.image_width); }
+  int height() const { return static_cast<int>(jpeg_.image_height); }
 
-  bool Start(const std::vector<uint8_t>& bytes) {
+  bool ReadHeader(const std::vector<uint8_t>& bytes) {
     if (setjmp(errors_.escape) != 0) return false;
     jpeg_create_decompress(&jpeg_);
     jpeg_mem_src(&jpeg_, bytes.data(), bytes.size());
     jpeg_read_header(&jpeg_, TRUE);
+    return true;
+  }
+
+  bool Start() {
+    if (setjmp(errors_.escape) != 0) return false;
     jpeg_.out_color_space = jpeg_.num_components == 4 ? JCS_CMYK : JCS_GRAYSCALE;
     jpeg_start_decompress(&jpeg_);
     return true;
@@ -103,12 +108,15 @@ void CmykToLuminance(const std::vector<uint8_t>& inks, int width, uint8_t* row) 
 
 }  // namespace
 
-Image DecodeJpeg(const std::vector<uint8_t>& bytes) {
+Image DecodeJpeg(const std::vector<uint8_t>& bytes, uint64_t max_pixels) {
   Decoder decoder;
   const auto check = [&decoder](bool done) {
     if (!done) throw Error(ErrorCode::kFile, std::string("corrupt: ") + decoder.message());
   };
-  check(decoder.Start(bytes));
+  check(decoder.ReadHeader(bytes));
+  CheckImageSize(static_cast<uint64_t>(decoder.width()), static_cast<uint64_t>(decoder.height()),
+                 max_pixels);
+  check(decoder.Start());
   Image image(decoder.width(), decoder.height());
   std::vector<uint8_t> inks(decoder.is_cmyk() ? 4 * static_cast<size_t>(image.width()) : 0);
   for (int y = 0; y < image.height(); ++y) {

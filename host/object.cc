@@ -7,6 +7,7 @@
 #include "host/check.h"
 #include "host/object_name.h"
 #include "host/rigid_transform.h"
+#include "host/tag_size.h"
 
 namespace topotag {
 namespace {
@@ -26,7 +27,7 @@ void CheckIds(Family family, uint64_t first_id, uint64_t count) {
 }
 
 void CheckSides(double tag_size, const char* name, double length) {
-  RequireRange("tag size", tag_size, 1e-9, kMaxLength, "m");
+  RequireRange("tag size", tag_size, kMinTagSize, kMaxTagSize, "m");
   RequireRange(name, length, tag_size, kMaxLength, "m");
 }
 
@@ -52,9 +53,9 @@ std::string FaultOf(const ObjectMarker& marker) {
     return "the ID is outside the range 0 .. " + std::to_string(marker.family.size() - 1) + " of " +
            marker.family.name();
   }
-  if (!(marker.tag_size > 0 && marker.tag_size <= kMaxLength)) {
-    return "the size " + Text(marker.tag_size) + " m is not greater than 0 and at most " +
-           Text(kMaxLength);
+  if (!(marker.tag_size >= kMinTagSize && marker.tag_size <= kMaxTagSize)) {
+    return "the size " + Text(marker.tag_size) + " m is not within " + Text(kMinTagSize) + " .. " +
+           Text(kMaxTagSize);
   }
   for (const double value : marker.t) {
     if (!(std::abs(value) <= kMaxLength)) {

@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "host/check.h"
 #include "host/object_bundle.h"
@@ -56,6 +59,7 @@ class Calibration {
   }
 
   ObjectCalibration Run() {
+    CheckSeen();
     Join();
     for (int round = 0; round < kMaxRounds; ++round) {
       if (!SelectViews() && round > 0) break;
@@ -70,8 +74,9 @@ class Calibration {
   std::string NameOf(size_t marker) const {
     return MarkerName(object_.markers[marker].family, object_.markers[marker].id);
   }
-  std::vector<std::vector<Link>> FindLinks() const;
-  [[noreturn]] void FailNotJoined(const std::vector<bool>& joined) const;
+  using Links = std::map<std::pair<size_t, size_t>, Link>;
+  Links FindLinks() const;
+  void CheckSeen() const;
   void Join();
   bool SelectViews();
   void SetPoses();
@@ -91,44 +96,48 @@ class Calibration {
   int rejected_ = 0;
 };
 
-// The best link of each pair of markers, at [smaller index][larger index].
-std::vector<std::vector<Link>> Calibration::FindLinks() const {
-  const size_t count = object_.markers.size();
-  std::vector<std::vector<std::vector<PairView>>> pairs(count);
-  for (auto& row : pairs) row.resize(count);
+// The best link of each pair of markers that is seen, first the smaller index.
+Calibration::Links Calibration::FindLinks() const {
+  std::map<std::pair<size_t, size_t>, std::vector<PairView>> pairs;
   for (const std::vector<Sighting>& view : sightings_) {
     for (const Sighting& a : view) {
       for (const Sighting& b : view) {
         if (a.marker >= b.marker) continue;
-        pairs[static_cast<size_t>(a.marker)][static_cast<size_t>(b.marker)].push_back(
+        pairs[{static_cast<size_t>(a.marker), static_cast<size_t>(b.marker)}].push_back(
             {std::min(a.side, b.side), &a, &b});
       }
     }
   }
-  std::vector<std::vector<Link>> links(count, std::vector<Link>(count));
-  for (size_t i = 0; i < count; ++i) {
-    for (size_t k = i + 1; k < count; ++k) {
-      const double size = object_.markers[i].tag_size + object_.markers[k].tag_size;
-      if (!pairs[i][k].empty()) links[i][k] = BestLink(std::move(pairs[i][k]), size);
-    }
+  Links links;
+  for (auto& [pair, views] : pairs) {
+    const double size =
+        object_.markers[pair.first].tag_size + object_.markers[pair.second].tag_size;
+    links[pair] = BestLink(std::move(views), size);
   }
   return links;
 }
 
-void Calibration::FailNotJoined(const std::vector<bool>& joined) const {
-  const auto first = std::find(joined.begin(), joined.end(), false);
-  const size_t lost = static_cast<size_t>(first - joined.begin());
-  const bool is_seen = std::any_of(sightings_.begin(), sightings_.end(),
-                                   [&](const auto& view) { return Shows(view, lost); });
-  FailArgument(NameOf(lost) +
-               (is_seen ? " is in no view together with " + NameOf(0) + " or what is joined to it"
-                        : std::string(" is in no view")));
+// What the views cannot give, before anything is made of them.
+void Calibration::CheckSeen() const {
+  if (object_.markers.size() < 2) {
+    FailArgument("the object has one marker: there is nothing to measure");
+  }
+  if (views_.empty()) FailArgument("there is no view of the object");
+  std::vector<bool> seen(object_.markers.size());
+  for (const std::vector<Sighting>& view : sightings_) {
+    for (const Sighting& one : view) seen[static_cast<size_t>(one.marker)] = true;
+  }
+  const auto lost = std::find(seen.begin(), seen.end(), false);
+  if (lost != seen.end()) {
+    FailArgument(NameOf(static_cast<size_t>(lost - seen.begin())) + " is in no view");
+  }
 }
 
 // Sets the markers' first poses along the chains of links from the first marker that leave the
 // least doubt (Dijkstra).
 void Calibration::Join() {
-  const std::vector<std::vector<Link>> links = FindLinks();
+  const Links links = FindLinks();
+  const Link no_link{};
   const size_t count = object_.markers.size();
   std::vector<bool> joined(count);
   std::vector<double> doubt(count, INFINITY);
@@ -139,9 +148,14 @@ void Calibration::Join() {
     for (size_t i = 0; i < count; ++i) {
       if (!joined[i] && doubt[i] < (to == count ? INFINITY : doubt[to])) to = i;
     }
-    if (to == count) FailNotJoined(joined);
+    if (to == count) {
+      const auto lost = std::find(joined.begin(), joined.end(), false) - joined.begin();
+      FailArgument(NameOf(static_cast<size_t>(lost)) + " is in no view together with " + NameOf(0) +
+                   " or what is joined to it");
+    }
     const auto link = [&](size_t k) -> const Link& {
-      return links[std::min(to, k)][std::max(to, k)];
+      const auto found = links.find({std::min(to, k), std::max(to, k)});
+      return found == links.end() ? no_link : found->second;
     };
     if (to != 0) {
       const size_t from = before[to];
@@ -191,7 +205,7 @@ bool Calibration::SelectViews() {
     const bool is_used =
         std::any_of(bundle_views_.begin(), bundle_views_.end(),
                     [&](const BundleView& view) { return Shows(view.sightings, i); });
-    if (!is_used) FailArgument(NameOf(i) + " contradicts the others in every view");
+    if (!is_used) FailArgument(NameOf(i) + " agrees with the others in no view");
   }
   const bool changed = used != used_;
   used_ = std::move(used);

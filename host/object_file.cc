@@ -3,7 +3,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -12,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/check.h"
 #include "host/file.h"
 #include "host/object_name.h"
 #include "host/planar_pose.h"
@@ -145,9 +145,7 @@ class Reader {
 
 // What rounding has left of a zero is written as one.
 std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), " %.13g", std::abs(value) < 1e-15 ? 0 : value);
-  return text;
+  return " " + NumberText(std::abs(value) < 1e-15 ? 0 : value, 13);
 }
 
 }  // namespace

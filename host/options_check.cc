@@ -5,16 +5,17 @@
 
 #include "host/check.h"
 #include "host/ids.h"
+#include "host/tag_size.h"
 #include "topotag/marker.h"
 
 namespace topotag {
 namespace {
 
-constexpr double kMaxTagSize = 1e6;  // metres: keeps the covariance finite
 constexpr double kMaxMinSize = 1e6;  // pixels
 
 void ValidateTagSize(double size, const std::string& what) {
-  RequireRange(what, size, 0, kMaxTagSize, "metres");
+  if (size == 0) return;  // unknown
+  RequireRange(what, size, kMinTagSize, kMaxTagSize, "metres");
 }
 
 void ValidateTagSizes(const Options& options) {

@@ -291,7 +291,7 @@ Polygon OffsetOutwards(const Polygon& polygon, double distance) {
   }
   Polygon outline = CurveGraph(std::move(curve)).OuterBoundary();
   if (outline.size() < 3) {
-    FailArgument("polygon cannot be widened by " + std::to_string(distance) + " units");
+    FailArgument("polygon cannot be widened by " + Text(distance) + " units");
   }
   return outline;
 }

@@ -20,10 +20,15 @@ void Check(VP8StatusCode status) {
 
 }  // namespace
 
-Image DecodeWebp(const std::vector<uint8_t>& bytes) {
+Image DecodeWebp(const std::vector<uint8_t>& bytes, uint64_t max_pixels) {
   WebPDecoderConfig config;
   if (WebPInitDecoderConfig(&config) == 0) Check(VP8_STATUS_INVALID_PARAM);
   Check(WebPGetFeatures(bytes.data(), bytes.size(), &config.input));
+  if (config.input.has_animation != 0) {
+    throw Error(ErrorCode::kFile, "animated WebP is not supported");
+  }
+  CheckImageSize(static_cast<uint64_t>(config.input.width),
+                 static_cast<uint64_t>(config.input.height), max_pixels);
   Image image(config.input.width, config.input.height);
   const size_t stride = static_cast<size_t>(image.width()) * kChannels;
   std::vector<uint8_t> pixels(stride * static_cast<size_t>(image.height()));

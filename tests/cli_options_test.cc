@@ -52,6 +52,7 @@ TEST_F(CliOptionsTest, SizesThatAreWrong) {
       {"3x3:=0.1", {"''"}},
       {"0.05,3x3:1,2", {"'3x3:1,2' is not FAMILY:LIST=METRES"}},
       {"3x3:1", {"'3x3:1' is not FAMILY:LIST=METRES"}},
+      {"1e-320", {"tag size", "1e-09 .. 1e+06 metres"}},
       {"3x3=1e7", {"tag size of family 3x3"}}};
   for (const auto& [value, parts] : cases) {
     ExpectComplaint(std::string("detect --tag-size '") + value + "' scene.png", 2, parts);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <iterator>
@@ -30,11 +31,12 @@ Values Pixels(const Image& image) {
   return values;
 }
 
-std::string DecodeError(const Bytes& bytes) {
+std::string DecodeError(const Bytes& bytes, uint64_t max_pixels = kDefaultMaxPixels,
+                        ErrorCode code = ErrorCode::kFile) {
   try {
-    DecodeImage(bytes);
+    DecodeImage(bytes, max_pixels);
   } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kFile);
+    EXPECT_EQ(error.code(), code);
     return error.what();
   }
   return "no error";
@@ -61,12 +63,11 @@ struct TiffTag {
   uint32_t tag, type, value;
 };
 
-// One tile of 16 x 16 grey pixels, of which 3 x 2 are the picture.
-Bytes TiledTiff() {
-  constexpr uint32_t kShort = 3, kLong = 4;
-  const std::vector<TiffTag> tags{
-      {256, kShort, 3}, {257, kShort, 2},  {258, kShort, 8},  {259, kShort, 1}, {262, kShort, 1},
-      {277, kShort, 1}, {322, kShort, 16}, {323, kShort, 16}, {324, kLong, 0},  {325, kLong, 256}};
+constexpr uint32_t kShort = 3, kLong = 4;
+
+// The tags end in places and sizes of the pixels: those whose value is 0 get the end of the file,
+// where 256 bytes follow.
+Bytes TiffOf(const std::vector<TiffTag>& tags) {
   const auto end = static_cast<uint32_t>(8 + 2 + 12 * tags.size() + 4);
   Bytes tiff{'I', 'I', 42, 0};
   Append(&tiff, 8, 4);
@@ -75,11 +76,25 @@ Bytes TiledTiff() {
     Append(&tiff, tag.tag, 2);
     Append(&tiff, tag.type, 2);
     Append(&tiff, 1, 4);
-    Append(&tiff, tag.tag == 324 ? end : tag.value, 4);
+    Append(&tiff, tag.value == 0 ? end : tag.value, 4);
   }
   Append(&tiff, 0, 4);
   for (uint32_t i = 0; i < 256; ++i) Append(&tiff, i, 1);
   return tiff;
+}
+
+// One tile of grey pixels, of which 3 x 2 are the picture.
+Bytes TiledTiff(uint32_t tile_width = 16, uint32_t tile_height = 16, uint32_t type = kLong) {
+  return TiffOf({{256, kShort, 3},
+                 {257, kShort, 2},
+                 {258, kShort, 8},
+                 {259, kShort, 1},
+                 {262, kShort, 1},
+                 {277, kShort, 1},
+                 {322, type, tile_width},
+                 {323, type, tile_height},
+                 {324, kLong, 0},
+                 {325, kLong, 256}});
 }
 
 // Not every version of OpenCV reads such files; the check must let them through to it.
@@ -94,6 +109,59 @@ TEST(EncodedImageTest, TiffWithoutPlacesOfItsPixels) {
   Bytes tiff = TiledTiff();
   tiff[8 + 2 + 12 * 8] = 0;  // the tag of the tiles' places
   EXPECT_EQ(DecodeError(tiff), "corrupt: TIFF without pixel data");
+}
+
+// A decoder asks for the memory of a whole tile before it knows how much of it is there.
+TEST(EncodedImageTest, TiffTilesAreNoReasonToAskForMemory) {
+  for (const uint32_t side : {256, 512, 4096}) {  // as writers make them for any picture
+    Bytes tiff = TiledTiff(side, side);
+    EXPECT_EQ(CheckEncodedImage(&tiff), ImageFormat::kTiff) << side;
+  }
+  EXPECT_EQ(DecodeError(TiledTiff(32768, 16384)), "corrupt: TIFF tiles of 32768x16384 pixels");
+  EXPECT_EQ(DecodeError(TiledTiff(65536, 65536)), "corrupt: TIFF tiles of 65536x65536 pixels");
+  // libtiff takes numbers of other types, too.
+  constexpr uint32_t kSigned = 9;
+  EXPECT_EQ(DecodeError(TiledTiff(32768, 16384, kSigned)), "corrupt: TIFF tiles without a size");
+  std::vector<TiffTag> both{
+      {256, kShort, 16}, {257, kShort, 16}, {258, kShort, 8},  {259, kShort, 1},  {262, kShort, 1},
+      {273, kLong, 0},   {277, kShort, 1},  {278, kShort, 16}, {279, kLong, 256}, {322, kLong, 16},
+      {323, kLong, 16},  {324, kLong, 0},   {325, kLong, 256}};
+  Bytes strips_and_tiles = TiffOf(both);
+  EXPECT_EQ(CheckEncodedImage(&strips_and_tiles), ImageFormat::kTiff);
+  both.back().value = 257;
+  EXPECT_EQ(DecodeError(TiffOf(both)), "truncated");
+  both[9].value = 32768;
+  both[10].value = 16384;
+  EXPECT_EQ(DecodeError(TiffOf(both)), "corrupt: TIFF tiles of 32768x16384 pixels");
+  both[11].tag = both[12].tag = 40000;  // the strips alone are tiles then
+  EXPECT_EQ(DecodeError(TiffOf(both)), "corrupt: TIFF tiles of 32768x16384 pixels");
+  both.erase(both.begin() + 9);  // and the height alone makes them tiles
+  EXPECT_EQ(DecodeError(TiffOf(both)), "corrupt: TIFF tiles without a size");
+}
+
+TEST(EncodedImageTest, AnimatedWebp) {
+  Bytes still;
+  ASSERT_TRUE(cv::imencode(".webp", cv::Mat(8, 9, CV_8UC1, cv::Scalar(77)), still,
+                           {cv::IMWRITE_WEBP_QUALITY, 101}));
+  const Bytes picture(still.begin() + 12, still.end());
+  Bytes webp{'W', 'E', 'B', 'P'};
+  const auto chunk = [&webp](const std::string& name, size_t size) {
+    webp.insert(webp.end(), name.begin(), name.end());
+    Append(&webp, static_cast<uint32_t>(size), 4);
+  };
+  chunk("VP8X", 10);
+  Append(&webp, 2, 4);  // animated
+  for (const uint32_t value : {8, 7}) Append(&webp, value, 3);
+  chunk("ANIM", 6);
+  webp.insert(webp.end(), 6, 0);
+  chunk("ANMF", 16 + picture.size());
+  for (const uint32_t value : {0, 0, 8, 7, 100}) Append(&webp, value, 3);
+  webp.push_back(0);
+  webp.insert(webp.end(), picture.begin(), picture.end());
+  Bytes file{'R', 'I', 'F', 'F'};
+  Append(&file, static_cast<uint32_t>(webp.size()), 4);
+  file.insert(file.end(), webp.begin(), webp.end());
+  EXPECT_EQ(DecodeError(file), "animated WebP is not supported");
 }
 
 TEST(EncodedImageTest, WebpWithoutAPicture) {
@@ -124,6 +192,30 @@ TEST(EncodedImageTest, JpegWithFillBytesBeforeAMarker) {
   EXPECT_NEAR(plain[2], 77, 1);
   jpeg.insert(jpeg.begin() + 2, 3, 0xFF);
   EXPECT_EQ(Pixels(DecodeImage(jpeg)), plain);
+}
+
+// TEM has no length. Who reads one takes a comment for the frame, and the limit of pixels is none.
+TEST(EncodedImageTest, JpegWithAMarkerAlone) {
+  Bytes jpeg;
+  ASSERT_TRUE(cv::imencode(".jpg", cv::Mat(8, 8, CV_8UC1, cv::Scalar(77)), jpeg));
+  const Values plain = Pixels(DecodeImage(jpeg));
+  constexpr size_t kSegments = 2;
+  ASSERT_EQ(jpeg[kSegments + 1], 0xE0);
+  jpeg.insert(jpeg.begin() + kSegments, {0xFF, 0x01});
+  EXPECT_EQ(Pixels(DecodeImage(jpeg)), plain);
+  // 0xFFE0 would be the length; a frame of 1 x 1 stands there.
+  constexpr size_t kTem = kSegments, kFrame = kTem + 2 + 0xFFE0;
+  const size_t comment = kTem + 4 + (jpeg[kTem + 4] * 256u + jpeg[kTem + 5]);
+  Bytes text(4 + 65533, ' ');
+  const Bytes head{0xFF, 0xFE, 0xFF, 0xFF};
+  const Bytes frame{0xFF, 0xC0, 0, 11, 8, 0, 1, 0, 1, 1, 1, 0x11, 0, 0xFF, 0xD9};
+  std::copy(head.begin(), head.end(), text.begin());
+  std::copy(frame.begin(), frame.end(), text.begin() + (kFrame - comment));
+  jpeg.insert(jpeg.begin() + comment, text.begin(), text.end());
+  ASSERT_EQ(jpeg[kFrame + 1], 0xC0);
+  EXPECT_EQ(Pixels(DecodeImage(jpeg, 64)), plain);
+  EXPECT_EQ(DecodeError(jpeg, 63, ErrorCode::kTooLarge),
+            "too large: 8x8 pixels, more than the limit of 63");
 }
 
 // As Adobe's programs write them: 255 is no ink.

@@ -1,6 +1,7 @@
 #include "topotag/object_calibration.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -203,7 +204,8 @@ TEST_F(ObjectCalibrationTest, WrongSightingsAreRejected) {
 }
 
 TEST_F(ObjectCalibrationTest, MarkersThatAreNotSeenAreNamed) {
-  EXPECT_EQ(Complaint({}), "marker 4x4 1 is in no view");
+  EXPECT_EQ(Complaint({}), "there is no view of the object");
+  EXPECT_EQ(Complaint({{scene_.camera, {}}}), "marker 4x4 0 is in no view");
   std::vector<ObjectView> views = ExactViews(30);
   const auto is_last = [](const Detection& d) { return d.id == 17; };
   std::vector<ObjectView> without = views, alone = views;
@@ -218,6 +220,33 @@ TEST_F(ObjectCalibrationTest, MarkersThatAreNotSeenAreNamed) {
   EXPECT_EQ(Complaint(without), "marker 4x4 17 is in no view");
   EXPECT_EQ(Complaint(alone),
             "marker 4x4 17 is in no view together with marker 4x4 0 or what is joined to it");
+  start_.markers.resize(1);
+  EXPECT_EQ(Complaint(views), "the object has one marker: there is nothing to measure");
+}
+
+// What the views say of two markers is kept for the pairs that they show, not for all there are.
+TEST_F(ObjectCalibrationTest, ManyMarkersThatAreSeenAlone) {
+  constexpr uint64_t kMarkers = 3000;
+  const auto most_megabytes = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss / 1024;
+  };
+  Object room;
+  std::vector<ObjectView> views;
+  const ObjectView any = ExactViews(1)[0];
+  for (uint64_t i = 0; i < kMarkers; ++i) {
+    ObjectMarker marker = Unplaced(start_.markers[0]);
+    marker.id = i;
+    room.markers.push_back(marker);
+    views.push_back({any.camera, {any.detections[0]}});
+    views.back().detections[0].id = i;
+  }
+  start_ = room;
+  const long before = most_megabytes();
+  EXPECT_EQ(Complaint(views),
+            "marker 4x4 1 is in no view together with marker 4x4 0 or what is joined to it");
+  EXPECT_LT(most_megabytes() - before, 200);
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <utility>
 
+#include "tests/decimal_comma.h"
 #include "tests/object_util.h"
 #include "tests/temporary_folder.h"
 #include "topotag/error.h"
@@ -120,7 +122,7 @@ TEST_F(ObjectFileTest, EveryErrorNamesTheLineAndTheReason) {
       {"4x4 13 0.03 0 0 0 0 nan 0", "RY 'nan' is not a finite number"},
       {"4x4 13 0.03 0 0 0 0 0 1,5", "RZ '1,5' is not a finite number"},
       {"4x4 13 0.03m 0 0 0 0 0 0", "SIZE '0.03m' is not a finite number"},
-      {"4x4 13 -0.03 0 0 0 0 0 0", "marker 4x4 13: the size -0.03 m is not greater than 0"},
+      {"4x4 13 -0.03 0 0 0 0 0 0", "marker 4x4 13: the size -0.03 m is not within 1e-09 .. 1e+06"},
       {"4x4 13 0.03 0 0 9e9 0 0 0", "marker 4x4 13: the position 9e+09 m is not within"},
       {"4x4 13 0.03 0 0 0 0 0 90", "RX RY RZ is more than a full turn"},
   };
@@ -130,6 +132,38 @@ TEST_F(ObjectFileTest, EveryErrorNamesTheLineAndTheReason) {
     EXPECT_NE(complaint.find(reason), std::string::npos) << complaint;
   }
   EXPECT_EQ(Complaint("# nothing\n\n"), ": the file holds no marker");
+}
+
+TEST_F(ObjectFileTest, TheSmallestMarkersAreWritten) {
+  Object object;
+  object.markers.emplace_back();
+  object.markers[0].tag_size = 1e-9;
+  object.markers[0].t = {5e-16, -5e-16, 1e-9};
+  WriteObject(object, path_);
+  const ObjectMarker read = ReadObject(path_).markers[0];
+  EXPECT_EQ(read.tag_size, 1e-9);
+  EXPECT_EQ(read.t, (Vector3{0, 0, 1e-9}));
+  // Smaller ones are refused before they are written, not when they are read.
+  object.markers[0].tag_size = 5e-16;
+  EXPECT_THROW(WriteObject(object, path_), Error);
+}
+
+// A program may have set its user's locale.
+TEST_F(ObjectFileTest, NumbersHaveAPointInEveryLocale) {
+  const Object object = MakeRhombicuboctahedron(Family(4), 7, 0.03, 0.04);
+  WriteObject(object, path_);
+  const auto text = [&] {
+    std::ifstream file(path_);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string expected = text();
+  const test::DecimalComma locale;
+  if (!locale.Works()) GTEST_SKIP() << "no locale with a decimal comma";
+  WriteObject(object, path_);
+  EXPECT_EQ(text(), expected);
+  ExpectSame(ReadObject(path_), object);
+  EXPECT_EQ(Complaint("4x4 13 -0.03 0 0 0 0 0 0"),
+            ":1: marker 4x4 13: the size -0.03 m is not within 1e-09 .. 1e+06");
 }
 
 TEST_F(ObjectFileTest, FilesThatCannotBeReadOrWrittenAreNamed) {

@@ -108,7 +108,7 @@ TEST(ObjectTest, ValidateNamesTheMarker) {
             "marker 4x4 16384: the ID is outside the range 0 .. 16383 of 4x4");
   EXPECT_EQ(complaint([](ObjectMarker* m) { m->id = 1; }), "marker 4x4 1 occurs twice");
   EXPECT_EQ(complaint([](ObjectMarker* m) { m->tag_size = 0; }),
-            "marker 4x4 2: the size 0 m is not greater than 0 and at most 1e+06");
+            "marker 4x4 2: the size 0 m is not within 1e-09 .. 1e+06");
   EXPECT_NE(complaint([](ObjectMarker* m) { m->t[1] = NAN; }).find("marker 4x4 2: the position"),
             std::string::npos);
   EXPECT_EQ(complaint([](ObjectMarker* m) { m->R[0][0] = -1; }),

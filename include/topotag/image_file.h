@@ -14,11 +14,11 @@ inline constexpr uint64_t kDefaultMaxPixels = uint64_t{1} << 28;
 
 /// Reads a PNG, JPEG, BMP, PNM, TIFF or WebP file, told by its content, as 8-bit luminance.
 /// 16-bit images are scaled down with rounding (PNM: by their maximum value), colour is converted
-/// (Rec. 601), alpha is ignored. Multi-frame files give their first frame. An orientation tag is
+/// (Rec. 601), alpha is ignored. TIFF files of many pages give their first. An orientation tag is
 /// not applied: the pixels stay in the order in which the sensor, and its calibration, see them.
 /// No memory is asked for the pixels of an image that has more than `max_pixels`.
 /// @throws Error (kFile: missing, empty, truncated, corrupt, not an image, floating-point pixels,
-///         sides above kMaxImageSide; kTooLarge), naming the file and the reason.
+///         an animated WebP, sides above kMaxImageSide; kTooLarge), naming the file and the reason.
 Image ReadImage(const std::string& path, uint64_t max_pixels = kDefaultMaxPixels);
 
 /// Writes the format of the extension, in any case: .png .jpg .jpeg .bmp .pgm .ppm .pnm .tif

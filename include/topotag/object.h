@@ -18,7 +18,7 @@ namespace topotag {
 struct ObjectMarker {
   Family family{4};
   uint64_t id = 0;
-  double tag_size = 0.05;  ///< side of the white area, metres
+  double tag_size = 0.05;  ///< side of the white area, metres, 1e-9 .. 1e6
   Matrix3 R{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   Vector3 t{};
 };
@@ -30,7 +30,7 @@ struct Object {
 };
 
 /// @throws Error (kInvalidArgument): no marker; an ID out of the family's range, one that occurs
-///         twice, a size that is not positive or above 1e6, a pose that is not finite, R that is no
+///         twice, a size that is not within 1e-9 .. 1e6, a pose that is not finite, R that is no
 ///         rotation. The message names the marker.
 void ValidateObject(const Object& object);
 

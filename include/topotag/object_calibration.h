@@ -41,8 +41,9 @@ struct ObjectCalibration {
 /// The time grows with the third power of the number of markers: 18 in 40 views take 0.05 s, 100 in
 /// 20 views 1 s.
 /// @param start  the markers; their poses say, with `frame`, what the object's frame is
-/// @throws Error (kInvalidArgument) as ValidateObject and ValidateCamera; where a marker is in no
-///         view, or in none together with the others: the message names it.
+/// @throws Error (kInvalidArgument) as ValidateObject and ValidateCamera; where there is one marker
+///         only, or no view; where a marker is in no view, in none together with the others, or in
+///         none agrees with them: the message names it.
 ObjectCalibration CalibrateObject(const Object& start, const std::vector<ObjectView>& views,
                                   ObjectFrame frame = ObjectFrame::kFirstMarker);
 

@@ -57,7 +57,7 @@ struct Options {
   /// Lens and intrinsics. Without it there is no pose.
   std::optional<Camera> camera;
   /// Side of the white area in metres: of one (family n, ID), else of one family n, else
-  /// tag_size. 0 = unknown: no pose. At most 1e6.
+  /// tag_size. 0 = unknown: no pose. Others: 1e-9 .. 1e6.
   double tag_size = 0;
   std::map<int, double> family_tag_size;
   std::map<std::pair<int, uint64_t>, double> id_tag_size;
