@@ -58,6 +58,19 @@ TEST(MisuseOfScenesTest, Markers) {
     s->markers[0].design.polygon = {{-9, -9},  {9, -9},  {9, -0.2}, {12, -0.2},
                                     {12, 0.2}, {9, 0.2}, {9, 9},    {-9, 9}};
   });
+  ExpectSceneRefused("crosses itself", [](Scene* s) {
+    // A needle that is one rounding wide: the edges at its tip have no mitre.
+    s->markers[0].growth = 0.3;
+    s->markers[0].design.outer = OuterShape::kPolygon;
+    s->markers[0].design.polygon = {{-100, -100},
+                                    {100, -100},
+                                    {100, 100},
+                                    {0.84626654082007324, 100},
+                                    {23.816067610556725, 168.55232718871781},
+                                    {0.84626654082007313, 100},
+                                    {-100, 100}};
+    s->markers[0].t[2] = 3;
+  });
   for (const int shape : {-1, 77}) {
     ExpectSceneRefused(
         "inner", [&](Scene* s) { s->markers[0].design.inner = static_cast<InnerShape>(shape); });
