@@ -101,6 +101,7 @@ TEST(MisuseOfScenesTest, Pictures) {
     });
     ExpectSceneRefused("fx", [&](Scene* s) { s->camera.fx = value; });
   }
+  ExpectSceneRefused("fx 1e+16 pixels", [](Scene* s) { s->camera.fx = 1e16; });
   for (const int side : {0, -1, INT_MIN, INT_MAX, kMaxImageSide + 1}) {
     ExpectSceneRefused("", [&](Scene* s) { s->camera.width = s->camera.height = side; });
   }
