@@ -30,6 +30,7 @@ void ExpectSceneRefused(const std::string& part, const std::function<void(Scene*
   Scene scene = OneMarker();
   change(&scene);
   ExpectRefused(part, [&] { RenderScene(scene); });
+  ExpectRefused(part, [&] { GroundTruth(scene, 0); });
 }
 
 TEST(MisuseOfScenesTest, Markers) {
@@ -49,6 +50,20 @@ TEST(MisuseOfScenesTest, Markers) {
     ExpectSceneRefused("margin width", [&](Scene* s) { s->markers[0].design.margin = value; });
   }
   ExpectSceneRefused("ID", [](Scene* s) { s->markers[0].design.id = UINT64_MAX; });
+  ExpectSceneRefused("ID 1000", [](Scene* s) {
+    s->markers[0].design.family = Family(3);
+    s->markers[0].design.id = 1000;
+  });
+  ExpectSceneRefused("growth 5", [](Scene* s) { s->markers[0].growth = 5; });
+  // Another than the one that is asked for.
+  ExpectSceneRefused("marker 1: ID", [](Scene* s) {
+    s->markers.push_back(s->markers[0]);
+    s->markers[1].design.id = UINT64_MAX;
+  });
+  ExpectSceneRefused("marker 0: it moves by", [](Scene* s) {
+    s->exposure = 1;
+    s->markers[0].velocity = {1e6, 0, 0};
+  });
   ExpectSceneRefused("reflection", [](Scene* s) { s->markers[0].R[2][2] = -1; });
   ExpectSceneRefused("rotation", [](Scene* s) { s->markers[0].R = {}; });
   ExpectSceneRefused("crosses itself", [](Scene* s) {
