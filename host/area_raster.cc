@@ -35,6 +35,11 @@ constexpr double kShortPanelInSigmas = 0.25;
 
 Point2 Mix(Point2 a, Point2 b, double t) { return {a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t}; }
 
+// A number that is none counts as the low one.
+double Within(double value, double low, double high) {
+  return value >= low ? std::min(value, high) : low;
+}
+
 }  // namespace
 
 PixelResponse::PixelResponse(double sigma)
@@ -126,6 +131,8 @@ void AreaRaster::AddEdge(Point2 a, Point2 b, double weight) {
     return {a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)), y};
   };
   const Point2 p = clip_y(a), q = clip_y(b);
+  // Of corners so far away that the edge between them is no number.
+  if (!std::isfinite(p.x) || !std::isfinite(q.x)) return;
 
   double cuts[4] = {0, 1, 1, 1};
   int pieces = 1;
@@ -139,6 +146,10 @@ void AreaRaster::AddEdge(Point2 a, Point2 b, double weight) {
     const double middle = 0.5 * (from.x + to.x);
     if (middle >= right) continue;
     if (middle <= left) from.x = to.x = left;
+    // An edge that is longer than a double has digits loses the cut: no node of it may lie where
+    // the rows have no cells. Half a pixel is far more than a shorter one is off by.
+    from.x = Within(from.x, left - 0.5, right + 0.5);
+    to.x = Within(to.x, left - 0.5, right + 0.5);
     AddPiece(from, to, weight);
   }
 }
@@ -169,7 +180,7 @@ void AreaRaster::AddPoint(Point2 p, double weight) {
   const int y0 = response_.Profile(p.y, &rows_);
   int x0 = response_.Step(p.x, &columns_);
   // AddEdge has cut off everything that starts right of the rectangle or ends left of it.
-  const int first = std::max(0, -x0);
+  const int first = std::clamp(-x0, 0, static_cast<int>(columns_.size()) - 1);
   const int last = std::min(static_cast<int>(columns_.size()), area_.width - x0);
   x0 += first;
   // What starts left of the rectangle is complete in column 0.
@@ -205,8 +216,8 @@ void AreaRaster::AddExact(Point2 a, Point2 b, double weight) {
 // One edge within one row, spread over the cells between `from` and `to`.
 void AreaRaster::AddSpan(int y, double from, double to, double weight) {
   const double width = area_.width;
-  from = std::clamp(from, 0.0, width);
-  to = std::clamp(to, from, width);
+  from = Within(from, 0, width);
+  to = Within(to, from, width);
   double* out = MutableRow(y);
   const double per_x = to > from ? weight / (to - from) : 0;
   for (int x = static_cast<int>(from); x <= static_cast<int>(to); ++x) {

@@ -15,6 +15,9 @@ namespace topotag {
 namespace {
 
 constexpr double kHalfPi = 1.57079632679489661923;
+// Beyond any camera, and such that no pose's covariance leaves the range of a double.
+constexpr double kMinFocalLength = 1e-9;
+constexpr double kMaxPixels = 1e9;
 // Below this radius the fisheye model is the identity to double precision.
 constexpr double kTinyRadius = 1e-8;
 // See Converged.
@@ -308,13 +311,12 @@ void Require(bool condition, const char* field, double value, const char* reason
 }  // namespace
 
 void ValidateCamera(const Camera& camera) {
-  static constexpr const char* kPositive = "is not positive and finite";
   static constexpr const char* kFinite = "is not finite";
   RequireEnum("camera: model", camera.model, DistortionModel::kFisheye);
-  Require(camera.fx > 0 && std::isfinite(camera.fx), "fx", camera.fx, kPositive);
-  Require(camera.fy > 0 && std::isfinite(camera.fy), "fy", camera.fy, kPositive);
-  Require(std::isfinite(camera.cx), "cx", camera.cx, kFinite);
-  Require(std::isfinite(camera.cy), "cy", camera.cy, kFinite);
+  RequireRange("camera: fx", camera.fx, kMinFocalLength, kMaxPixels, "pixels");
+  RequireRange("camera: fy", camera.fy, kMinFocalLength, kMaxPixels, "pixels");
+  RequireRange("camera: cx", camera.cx, -kMaxPixels, kMaxPixels, "pixels");
+  RequireRange("camera: cy", camera.cy, -kMaxPixels, kMaxPixels, "pixels");
   Require(camera.width >= 0, "width", camera.width, "is negative");
   Require(camera.height >= 0, "height", camera.height, "is negative");
   if ((camera.width == 0) != (camera.height == 0)) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "host/check.h"
 #include "host/quadrature.h"
@@ -57,11 +58,12 @@ std::vector<Instant> ExposureInstants(const Scene& scene, int index, double y) {
                  " pixels while a row is exposed, more than " + Text(kMaxPath));
   }
   const double panel = std::max(kPanelInSigmas * scene.blur, kMinPanel);
+  const int panels = std::max(1, static_cast<int>(std::ceil(path / panel)));
   std::vector<Instant> instants;
-  ForEachNode(std::max(1, static_cast<int>(std::ceil(path / panel))),
-              [&](double position, double weight) {
-                instants.push_back({first + position * scene.exposure, weight});
-              });
+  instants.reserve(std::size(kFourNodes) * static_cast<size_t>(panels));
+  ForEachNode(panels, [&](double position, double weight) {
+    instants.push_back({first + position * scene.exposure, weight});
+  });
   return instants;
 }
 

@@ -18,6 +18,13 @@ constexpr double kMitreLimit = 2.5;
 // Points of an offset curve closer than this are one point. Far below anything printable, far
 // above the rounding of coordinates that marker.cc limits to 10,000 units.
 constexpr double kSamePoint = 1e-8;
+// Where 1 + the cosine of a turn is below this, the outline turns back on itself: no digit of a
+// mitre would be right.
+constexpr double kReversal = 1e-12;
+// An edge shorter than this has no direction: its squares are no full doubles.
+constexpr double kShortestEdge = 1e-140;
+// The cells of a curve's graph are counted in 64 bits.
+constexpr double kMaxCurve = 1e9;
 
 Point2 operator+(Point2 a, Point2 b) { return {a.x + b.x, a.y + b.y}; }
 Point2 operator-(Point2 a, Point2 b) { return {a.x - b.x, a.y - b.y}; }
@@ -102,6 +109,7 @@ class CurveGraph {
 
   // Boundary of the unbounded face, with positive area. Empty where rounding broke the walk.
   Polygon OuterBoundary() const {
+    if (nodes_.size() < 3) return {};
     const auto less = [](Point2 a, Point2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); };
     const int start =
         static_cast<int>(std::min_element(nodes_.begin(), nodes_.end(), less) - nodes_.begin());
@@ -203,15 +211,16 @@ void AppendCorner(Point2 p, Point2 u, Point2 v, double distance, double shorter_
                   Polygon* curve) {
   const Point2 nu{u.y, -u.x}, nv{v.y, -v.x};
   const double cosine = Dot(u, v), sine = Cross(u, v);
-  const double half_tangent = std::abs(sine) / std::max(1 + cosine, 1e-300);
+  const bool reversal = 1 + cosine < kReversal;
+  const double half_tangent = reversal ? 0 : std::abs(sine) / (1 + cosine);
   // A hollow corner whose edges are too short for the offset: the curve goes by way of the corner
   // itself, and the surplus is inside the outer boundary.
-  if (sine < 0 && 2 * distance * half_tangent > shorter_edge) {
+  if (sine < 0 && (reversal || 2 * distance * half_tangent > shorter_edge)) {
     curve->insert(curve->end(), {p + distance * nu, p, p + distance * nv});
     return;
   }
   const double mitre = std::sqrt(1 + half_tangent * half_tangent);
-  if (sine < 0 || mitre <= kMitreLimit) {
+  if (!reversal && (sine < 0 || mitre <= kMitreLimit)) {
     curve->push_back(p + (distance / (1 + cosine)) * (nu + nv));
     return;
   }
@@ -281,15 +290,25 @@ double DistanceBetween(const Polygon& a, const Polygon& b) {
 }
 
 Polygon OffsetOutwards(const Polygon& polygon, double distance) {
-  const size_t count = polygon.size();
+  Polygon corners;
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Segment edge = Edge(polygon, i);
+    if (!(Norm(edge.b - edge.a) < kShortestEdge)) corners.push_back(edge.a);
+  }
+  const size_t count = corners.size();
   Polygon curve;
   for (size_t i = 0; i < count; ++i) {
-    const Segment in = Edge(polygon, (i + count - 1) % count), out = Edge(polygon, i);
+    const Segment in = Edge(corners, (i + count - 1) % count), out = Edge(corners, i);
     const double in_length = Norm(in.b - in.a), out_length = Norm(out.b - out.a);
-    AppendCorner(polygon[i], (1 / in_length) * (in.b - in.a), (1 / out_length) * (out.b - out.a),
+    AppendCorner(corners[i], (1 / in_length) * (in.b - in.a), (1 / out_length) * (out.b - out.a),
                  distance, std::min(in_length, out_length), &curve);
   }
-  Polygon outline = CurveGraph(std::move(curve)).OuterBoundary();
+  // Written so that NaN is not bounded.
+  const bool bounded = std::all_of(curve.begin(), curve.end(), [](Point2 p) {
+    return std::abs(p.x) <= kMaxCurve && std::abs(p.y) <= kMaxCurve;
+  });
+  Polygon outline;
+  if (bounded) outline = CurveGraph(std::move(curve)).OuterBoundary();
   if (outline.size() < 3) {
     FailArgument("polygon cannot be widened by " + Text(distance) + " units");
   }

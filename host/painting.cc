@@ -1,5 +1,6 @@
 #include "host/painting.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/check.h"
@@ -30,7 +31,11 @@ Outline Moved(const Outline& outline, double distance) {
     const double scale = outwards / (1 + a.x * b.x + a.y * b.y);
     moved.points[i] = {p[i].x + scale * (a.x + b.x), p[i].y + scale * (a.y + b.y)};
   }
-  if (!IsSimple(moved.points)) {
+  // Where an edge turns back on itself there is no mitre.
+  const bool finite = std::all_of(moved.points.begin(), moved.points.end(), [](Point2 q) {
+    return std::isfinite(q.x) && std::isfinite(q.y);
+  });
+  if (!finite || !IsSimple(moved.points)) {
     FailArgument("growth " + Text(std::abs(distance)) + " units: an outline crosses itself");
   }
   return moved;

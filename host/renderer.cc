@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "host/check.h"
-#include "host/scene_check.h"
 #include "host/scene_levels.h"
 #include "host/tag_projector.h"
 
@@ -74,7 +73,7 @@ Image RenderScene(const Scene& scene) {
 }
 
 Detection GroundTruth(const Scene& scene, int marker) {
-  ValidateScene(scene);
+  SceneLevels{scene};  // refuses what cannot be rendered
   if (marker < 0 || marker >= static_cast<int>(scene.markers.size())) {
     FailArgument("marker " + std::to_string(marker) + " is not one of the scene's " +
                  std::to_string(scene.markers.size()));

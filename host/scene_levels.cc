@@ -80,34 +80,31 @@ SceneLevels::SceneLevels(const Scene& scene, const std::vector<Painting>& painti
 void SceneLevels::AddLayer(int marker, const Painting& painting) {
   // Its values are checked before anything is computed with them.
   if (marker >= 0) TagProjector(scene_, marker);
-  Layer layer{marker, painting, false, {}, {}};
-  const bool moves = marker >= 0 && Moves(scene_, scene_.markers[static_cast<size_t>(marker)]);
-  layer.by_rows = moves && scene_.row_time != 0;
+  Layer layer{marker, painting, false, false, {}, {}};
+  layer.moves = marker >= 0 && Moves(scene_, scene_.markers[static_cast<size_t>(marker)]);
+  layer.by_rows = layer.moves && scene_.row_time != 0;
+  if (!layer.moves) layer.still = Project(layer, 0, true);
   if (layer.by_rows) {
     for (int y = 0; y < scene_.camera.height; ++y) {
-      Rect touched = Touched(Expose(layer, y, false));
+      Rect touched = Touched(layer, y, false);
       touched = Intersection(touched, {touched.x, y, touched.width, 1});
       if (!IsEmpty(touched)) layer.bounds = Union(layer.bounds, touched);
     }
-  } else if (moves) {
-    layer.exposure = Expose(layer, 0, true);
-    layer.bounds = Touched(layer.exposure);
   } else {
-    layer.exposure.push_back(Project(layer, 0, true));
-    layer.bounds = Touched(layer.exposure);
+    // With the inks: what cannot be projected is an error before anything is drawn.
+    layer.bounds = Touched(layer, 0, true);
   }
   layers_.push_back(std::move(layer));
 }
 
-/// What row y sees of a marker that moves.
-std::vector<SceneLevels::Snapshot> SceneLevels::Expose(const Layer& layer, double y,
-                                                       bool with_inks) const {
-  std::vector<Snapshot> exposure;
+template <typename Use>
+void SceneLevels::ForEachSnapshot(const Layer& layer, double y, bool with_inks, Use use) const {
+  if (!layer.moves) return use(layer.still);
   for (const Instant& instant : ExposureInstants(scene_, layer.marker, y)) {
-    exposure.push_back(Project(layer, instant.time, with_inks));
-    exposure.back().weight = instant.weight;
+    Snapshot snapshot = Project(layer, instant.time, with_inks);
+    snapshot.weight = instant.weight;
+    use(snapshot);
   }
-  return exposure;
 }
 
 SceneLevels::Snapshot SceneLevels::Project(const Layer& layer, double time, bool with_inks) const {
@@ -132,11 +129,11 @@ SceneLevels::Snapshot SceneLevels::Project(const Layer& layer, double time, bool
   return snapshot;
 }
 
-Rect SceneLevels::Touched(const std::vector<Snapshot>& exposure) const {
+Rect SceneLevels::Touched(const Layer& layer, double y, bool with_inks) const {
   Rect bounds{};
-  for (const Snapshot& snapshot : exposure) {
+  ForEachSnapshot(layer, y, with_inks, [&](const Snapshot& snapshot) {
     bounds = Union(bounds, TouchedPixels(snapshot.silhouette, response_.reach(), scene_.camera));
-  }
+  });
   return bounds;
 }
 
@@ -167,26 +164,26 @@ void SceneLevels::Render(const Rect& area, std::vector<double>* levels) {
 void SceneLevels::Draw(const Layer& layer, Canvas* canvas) const {
   const Rect part = Intersection(layer.bounds, canvas->area);
   if (IsEmpty(part)) return;
-  const double level = layer.painting[0].level;
-  if (!layer.by_rows) return Draw(layer.exposure, level, part, canvas);
+  if (!layer.by_rows) return DrawExposure(layer, 0, part, canvas);
   for (int y = part.y; y < part.y + part.height; ++y) {
-    Draw(Expose(layer, y, true), level, {part.x, y, part.width, 1}, canvas);
+    DrawExposure(layer, y, {part.x, y, part.width, 1}, canvas);
   }
 }
 
 // What a layer changes is the light on it times its contrast to what would be seen there, were it
 // lit: exact where that is of one level.
-void SceneLevels::Draw(const std::vector<Snapshot>& exposure, double level, const Rect& part,
-                       Canvas* canvas) const {
+void SceneLevels::DrawExposure(const Layer& layer, double y, const Rect& part,
+                               Canvas* canvas) const {
+  const double level = layer.painting[0].level;
   const auto draw = [&](bool lit, const std::vector<double>& seen, std::vector<double>* out) {
     AreaRaster cover(response_, part), ink(response_, part);
-    Rasterize(exposure, lit, &cover, &ink);
+    Rasterize(layer, y, lit, &cover, &ink);
     const Rect& area = canvas->area;
-    for (int y = part.y; y < part.y + part.height; ++y) {
-      const double* c = cover.row(y);
-      const double* i = ink.row(y);
+    for (int row = part.y; row < part.y + part.height; ++row) {
+      const double* c = cover.row(row);
+      const double* i = ink.row(row);
       const size_t first =
-          static_cast<size_t>(y - area.y) * area.width + static_cast<size_t>(part.x - area.x);
+          static_cast<size_t>(row - area.y) * area.width + static_cast<size_t>(part.x - area.x);
       for (int x = 0; x < part.width; ++x) {
         (*out)[first + x] += c[x] * (level - seen[first + x]) + i[x];
       }
@@ -197,7 +194,7 @@ void SceneLevels::Draw(const std::vector<Snapshot>& exposure, double level, cons
   draw(false, canvas->unlit, &canvas->unlit);
 }
 
-void SceneLevels::Rasterize(const std::vector<Snapshot>& exposure, bool lit, AreaRaster* cover,
+void SceneLevels::Rasterize(const Layer& layer, double y, bool lit, AreaRaster* cover,
                             AreaRaster* ink) const {
   const auto add = [&](const Polygon& outline, double weight, AreaRaster* raster) {
     if (lit) {
@@ -206,10 +203,10 @@ void SceneLevels::Rasterize(const std::vector<Snapshot>& exposure, bool lit, Are
       raster->Add(outline, weight);
     }
   };
-  for (const Snapshot& snapshot : exposure) {
+  ForEachSnapshot(layer, y, true, [&](const Snapshot& snapshot) {
     add(snapshot.silhouette, snapshot.weight, cover);
     for (const Ink& part : snapshot.inks) add(part.outline, part.contrast * snapshot.weight, ink);
-  }
+  });
   cover->Finish();
   ink->Finish();
 }

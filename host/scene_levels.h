@@ -14,8 +14,9 @@ namespace topotag {
 
 /// The grey levels of a scene before noise, rounding and clipping. Each area adds the difference
 /// of its level to that of its ground, so that any number of edges in one pixel add up exactly;
-/// so do the parts of a shadow and the instants of an exposure, each with its share. Refers to the
-/// scene.
+/// so do the parts of a shadow and the instants of an exposure, each with its share. There may be
+/// a million instants: they are computed one after the other, as often as they are needed. Refers
+/// to the scene.
 class SceneLevels {
  public:
   /// With the scene's own markers.
@@ -45,8 +46,9 @@ class SceneLevels {
   struct Layer {
     int marker;
     Painting painting;
-    bool by_rows = false;            // every row sees it elsewhere
-    std::vector<Snapshot> exposure;  // unless by_rows
+    bool moves = false;
+    bool by_rows = false;  // every row sees it elsewhere
+    Snapshot still;        // unless it moves
     Rect bounds;
   };
   /// Grey levels of an area, and where there is a shadow, what they would be without it.
@@ -57,14 +59,14 @@ class SceneLevels {
   };
 
   void AddLayer(int marker, const Painting& painting);
-  std::vector<Snapshot> Expose(const Layer& layer, double y, bool with_inks) const;
+  /// Calls use(snapshot) for each instant of what row y sees.
+  template <typename Use>
+  void ForEachSnapshot(const Layer& layer, double y, bool with_inks, Use use) const;
   Snapshot Project(const Layer& layer, double time, bool with_inks) const;
-  Rect Touched(const std::vector<Snapshot>& exposure) const;
+  Rect Touched(const Layer& layer, double y, bool with_inks) const;
   void Draw(const Layer& layer, Canvas* canvas) const;
-  void Draw(const std::vector<Snapshot>& exposure, double level, const Rect& part,
-            Canvas* canvas) const;
-  void Rasterize(const std::vector<Snapshot>& exposure, bool lit, AreaRaster* cover,
-                 AreaRaster* ink) const;
+  void DrawExposure(const Layer& layer, double y, const Rect& part, Canvas* canvas) const;
+  void Rasterize(const Layer& layer, double y, bool lit, AreaRaster* cover, AreaRaster* ink) const;
 
   const Scene& scene_;
   PixelResponse response_;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
 #include <vector>
 
 #include "topotag/marker.h"
@@ -230,6 +232,45 @@ TEST(AreaRasterTest, FarCornersDoNotMatter) {
     }
     EXPECT_NEAR(near.row(0)[0], 1, kBlurred);
     EXPECT_NEAR(near.row(15)[0], 0, kBlurred);
+  }
+}
+
+// Long edges, flat ones and others, that have no digit left for where they cross the rectangle.
+TEST(AreaRasterTest, EdgesLongerThanADoubleHasDigits) {
+  std::mt19937_64 random(1);
+  const auto coordinate = [&](double low, double high) {
+    const double digits = low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+    return std::pow(10, digits) * (random() % 2 == 0 ? 1 : -1);
+  };
+  for (const double sigma : {0.0, 0.7}) {
+    const PixelResponse response(sigma);
+    const Rect area{0, 0, 16, 16};
+    for (int i = 0; i < 20000; ++i) {
+      const double x = i % 2 == 0 ? 18 : 308, y = i % 4 < 2 ? 3 : x;
+      AreaRaster raster(response, area);
+      Polygon polygon;
+      for (int k = 0; k < 3; ++k) polygon.push_back({coordinate(14, x), coordinate(0, y)});
+      raster.Add(polygon, 1);
+      raster.Finish();
+      ASSERT_TRUE(std::isfinite(Sum(raster, area))) << sigma << ", " << i;
+    }
+  }
+}
+
+TEST(AreaRasterTest, CornersThatAreNoNumbers) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double values[] = {std::nan(""), kInfinity, -kInfinity, 1e308, -1e308, 3};
+  for (const double sigma : {0.0, 0.7}) {
+    const PixelResponse response(sigma);
+    const Rect area{0, 0, 16, 16};
+    for (const double x : values) {
+      for (const double y : values) {
+        for (const double z : values) {
+          const AreaRaster raster = Rasterize({{x, y}, {z, -50}, {-50, z}}, response, area);
+          ASSERT_TRUE(std::isfinite(Sum(raster, area))) << x << ", " << y << ", " << z;
+        }
+      }
+    }
   }
 }
 

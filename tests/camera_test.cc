@@ -428,13 +428,19 @@ TEST(CameraTest, ValidateNamesTheField) {
     return camera;
   };
   EXPECT_NO_THROW(ValidateCamera(with([](Camera* c) { c->width = c->height = 0; })));
-  for (double bad : {0.0, -1.0, kNan, kInfinity}) {
+  for (double extreme : {1e-9, 1e9}) {
+    EXPECT_NO_THROW(ValidateCamera(with([&](Camera* c) { c->fx = c->fy = extreme; })));
+    EXPECT_NO_THROW(ValidateCamera(with([&](Camera* c) { c->cx = -(c->cy = extreme); })));
+  }
+  for (double bad : {0.0, -1.0, kNan, kInfinity, 1e-10, 1.1e9, 1e300}) {
     ExpectInvalid(with([&](Camera* c) { c->fx = bad; }), "fx");
     ExpectInvalid(with([&](Camera* c) { c->fy = bad; }), "fy");
   }
-  for (double bad : {kNan, kInfinity, -kInfinity}) {
+  for (double bad : {kNan, kInfinity, -kInfinity, 1.1e9, -8e13, 1e300}) {
     ExpectInvalid(with([&](Camera* c) { c->cx = bad; }), "cx");
     ExpectInvalid(with([&](Camera* c) { c->cy = bad; }), "cy");
+  }
+  for (double bad : {kNan, kInfinity, -kInfinity}) {
     for (int i = 0; i < 14; ++i) {
       ExpectInvalid(with([&](Camera* c) { c->distortion[i] = bad; }),
                     "distortion[" + std::to_string(i) + "]");

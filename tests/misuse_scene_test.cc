@@ -30,6 +30,7 @@ void ExpectSceneRefused(const std::string& part, const std::function<void(Scene*
   Scene scene = OneMarker();
   change(&scene);
   ExpectRefused(part, [&] { RenderScene(scene); });
+  ExpectRefused(part, [&] { GroundTruth(scene, 0); });
 }
 
 TEST(MisuseOfScenesTest, Markers) {
@@ -49,6 +50,20 @@ TEST(MisuseOfScenesTest, Markers) {
     ExpectSceneRefused("margin width", [&](Scene* s) { s->markers[0].design.margin = value; });
   }
   ExpectSceneRefused("ID", [](Scene* s) { s->markers[0].design.id = UINT64_MAX; });
+  ExpectSceneRefused("ID 1000", [](Scene* s) {
+    s->markers[0].design.family = Family(3);
+    s->markers[0].design.id = 1000;
+  });
+  ExpectSceneRefused("growth 5", [](Scene* s) { s->markers[0].growth = 5; });
+  // Another than the one that is asked for.
+  ExpectSceneRefused("marker 1: ID", [](Scene* s) {
+    s->markers.push_back(s->markers[0]);
+    s->markers[1].design.id = UINT64_MAX;
+  });
+  ExpectSceneRefused("marker 0: it moves by", [](Scene* s) {
+    s->exposure = 1;
+    s->markers[0].velocity = {1e6, 0, 0};
+  });
   ExpectSceneRefused("reflection", [](Scene* s) { s->markers[0].R[2][2] = -1; });
   ExpectSceneRefused("rotation", [](Scene* s) { s->markers[0].R = {}; });
   ExpectSceneRefused("crosses itself", [](Scene* s) {
@@ -57,6 +72,19 @@ TEST(MisuseOfScenesTest, Markers) {
     s->markers[0].design.outer = OuterShape::kPolygon;
     s->markers[0].design.polygon = {{-9, -9},  {9, -9},  {9, -0.2}, {12, -0.2},
                                     {12, 0.2}, {9, 0.2}, {9, 9},    {-9, 9}};
+  });
+  ExpectSceneRefused("crosses itself", [](Scene* s) {
+    // A needle that is one rounding wide: the edges at its tip have no mitre.
+    s->markers[0].growth = 0.3;
+    s->markers[0].design.outer = OuterShape::kPolygon;
+    s->markers[0].design.polygon = {{-100, -100},
+                                    {100, -100},
+                                    {100, 100},
+                                    {0.84626654082007324, 100},
+                                    {23.816067610556725, 168.55232718871781},
+                                    {0.84626654082007313, 100},
+                                    {-100, 100}};
+    s->markers[0].t[2] = 3;
   });
   for (const int shape : {-1, 77}) {
     ExpectSceneRefused(
@@ -88,6 +116,7 @@ TEST(MisuseOfScenesTest, Pictures) {
     });
     ExpectSceneRefused("fx", [&](Scene* s) { s->camera.fx = value; });
   }
+  ExpectSceneRefused("fx 1e+16 pixels", [](Scene* s) { s->camera.fx = 1e16; });
   for (const int side : {0, -1, INT_MIN, INT_MAX, kMaxImageSide + 1}) {
     ExpectSceneRefused("", [&](Scene* s) { s->camera.width = s->camera.height = side; });
   }

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <climits>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -86,13 +87,15 @@ void ExpectOptionsRefused(const std::string& part, const std::function<void(Opti
 }
 
 TEST(MisuseTest, Cameras) {
-  for (const double value : kNotPositive) {
+  for (const double value : {0.0, -1.0, kNan, kInf, -kInf, 1e-300, 1e10, 1e300}) {
     ExpectOptionsRefused("fx", [&](Options* o) { o->camera->fx = value; });
     ExpectOptionsRefused("fy", [&](Options* o) { o->camera->fy = value; });
   }
-  for (const double value : kNotFinite) {
+  for (const double value : {kNan, kInf, -kInf, 8e13, -1e10, 1e300}) {
     ExpectOptionsRefused("cx", [&](Options* o) { o->camera->cx = value; });
     ExpectOptionsRefused("cy", [&](Options* o) { o->camera->cy = value; });
+  }
+  for (const double value : kNotFinite) {
     for (size_t i = 0; i < 14; ++i) {
       ExpectOptionsRefused("distortion[" + std::to_string(i) + "]",
                            [&](Options* o) { o->camera->distortion[i] = value; });
@@ -314,7 +317,19 @@ TEST_F(MisuseOfRefineTest, PosesOfAnotherFrame) {
   EXPECT_EQ(detection.pose->t, good_.pose->t);
 }
 
-// Cameras that are valid, but of no camera that there is: the numbers overflow.
+bool IsFinite(const Detection& detection) {
+  double sum = detection.center.x + detection.center.y + detection.quality.rms_px;
+  for (const Point2& p : detection.corners) sum += p.x + p.y;
+  for (const Point2& p : detection.vertices) sum += p.x + p.y;
+  if (!detection.pose) return std::isfinite(sum);
+  for (const double value : detection.pose->t) sum += value;
+  for (const auto& row : detection.pose->covariance) {
+    for (const double value : row) sum += value;
+  }
+  return std::isfinite(sum + detection.pose->rms_px);
+}
+
+// Cameras that are valid, but of no camera that there is.
 TEST(MisuseTest, ExtremeCameras) {
   const Image image = RenderScene(OneMarker());
   for (const PoseMode mode : {PoseMode::kVertices, PoseMode::kPhotometric}) {
@@ -323,10 +338,18 @@ TEST(MisuseTest, ExtremeCameras) {
       options.pose = mode;
       options.far = true;
       change(&*options.camera);
-      ExpectDefined([&] { Detector(options).detect(image.view()); });
+      ExpectDefined([&] {
+        for (const Detection& detection : Detector(options).detect(image.view())) {
+          EXPECT_TRUE(IsFinite(detection));
+        }
+      });
     };
     for (const double value : {1e-300, 1e-9, 1e9, 1e300}) {
       detect([&](Camera* c) { c->fx = value; });
+      detect([&](Camera* c) {
+        c->fx = value;
+        c->fy = 1e-9;
+      });
       detect([&](Camera* c) { c->fx = c->fy = value; });
       detect([&](Camera* c) { c->cx = value; });
       detect([&](Camera* c) { c->cy = -value; });

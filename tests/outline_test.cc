@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "topotag/error.h"
 
 namespace topotag {
 namespace {
@@ -45,6 +48,51 @@ TEST(OutlineTest, OffsetOfADenseWavyOutlineKeepsItsDistance) {
       EXPECT_NEAR(DistanceToOutline(wavy, p), distance, 1e-3 * distance);
     }
   }
+}
+
+double LargestCoordinate(const Polygon& polygon) {
+  double largest = 0;
+  for (const Point2& p : polygon) largest = std::max({largest, std::abs(p.x), std::abs(p.y)});
+  return largest;
+}
+
+// Needles a few roundings wide, whose edges turn back on themselves.
+TEST(OutlineTest, OffsetOfNeedlesThatAreNextToNothing) {
+  int reversals = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double left = 0.01 * (i % 997), x = 20 + 0.03 * i, y = 150 + std::fmod(0.7 * i, 100);
+    double right = left;
+    for (int k = 0; k <= i % 4; ++k) right = std::nextafter(right, 100);
+    const Polygon needle = {{-100, -100}, {100, -100}, {100, 100}, {right, 100},
+                            {x, y},       {left, 100}, {-100, 100}};
+    if (!IsSimple(needle)) continue;
+    ++reversals;
+    const Polygon offset = OffsetOutwards(needle, 1);
+    EXPECT_LT(LargestCoordinate(offset), 260) << i;
+    EXPECT_NEAR(DistanceToOutline(offset, {x, y}), 1, 1e-6) << i;
+    EXPECT_GT(SignedArea(offset), 202 * 202) << i;
+  }
+  EXPECT_GT(reversals, 100);
+}
+
+TEST(OutlineTest, OffsetOfANotchByNextToNothing) {
+  const Polygon notch = {{-100, -100}, {100, -100},  {100, 100}, {1e-7, 100},
+                         {0, 50},      {-1e-7, 100}, {-100, 100}};
+  for (const double distance : {1e-320, 1e-300, 1e-100, 1e-10}) {
+    EXPECT_NEAR(SignedArea(OffsetOutwards(notch, distance)), 200 * 200, 1e-4) << distance;
+  }
+}
+
+TEST(OutlineTest, OffsetOfEdgesThatAreNextToNothing) {
+  const Polygon polygon = {{-10, 0}, {0, 0}, {1e-200, 1e-200}, {10, 0}, {10, 10}, {-10, 10}};
+  EXPECT_NEAR(SignedArea(OffsetOutwards(polygon, 1)), 22 * 12, 1e-9);
+}
+
+TEST(OutlineTest, OffsetThatIsNoOutlineIsRefused) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(OffsetOutwards({{0, 0}, {1e300, 0}, {0, 1e300}}, 1), Error);
+  EXPECT_THROW(OffsetOutwards({{0, 0}, {kNan, 0}, {0, 9}}, 1), Error);
+  EXPECT_THROW(OffsetOutwards({{0, 0}, {1e-160, 0}, {0, 1e-160}}, 1e-300), Error);
 }
 
 TEST(OutlineTest, SimplePolygons) {

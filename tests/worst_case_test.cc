@@ -21,6 +21,7 @@
 #include "tests/live_bytes.h"
 #include "tests/worst_patterns.h"
 #include "topotag/detector.h"
+#include "topotag/renderer.h"
 
 namespace topotag {
 namespace {
@@ -254,6 +255,30 @@ TEST(WorstCaseTest, SecondLooksAreLimited) {
     EXPECT_EQ(DetectorStages(detector).Doubts().size(), static_cast<size_t>(markers));
     EXPECT_EQ(found, static_cast<size_t>(std::min(markers, max_looks))) << markers << " markers";
   }
+}
+
+// The instants of an exposure are as many as pixels that the marker crosses meanwhile, times 40.
+TEST(WorstCaseTest, MemoryOfMotionBlurDoesNotGrowWithThePath) {
+  const auto bytes = [](double path, double row_time) {
+    Scene scene;
+    scene.camera.width = 64;
+    scene.camera.height = 48;
+    scene.camera.fx = scene.camera.fy = 100;
+    scene.camera.cx = 32;
+    scene.camera.cy = 24;
+    scene.blur = 0;
+    scene.exposure = 1;
+    scene.row_time = row_time;
+    SceneMarker marker;
+    marker.t = {0, 0, 0.5};
+    marker.velocity = {path / 200, 0, 0};
+    scene.markers = {marker};
+    const PeakBytes peak;
+    RenderScene(scene);
+    return peak.Get();
+  };
+  EXPECT_LT(bytes(60, 0), bytes(3, 0) + 100000);
+  EXPECT_LT(bytes(60, 1e-9), bytes(3, 1e-9) + 100000);
 }
 
 }  // namespace

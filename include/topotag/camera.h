@@ -17,18 +17,19 @@ enum class DistortionModel {
 struct Camera {
   int width = 0;   ///< calibrated image width; 0 = not stated
   int height = 0;  ///< calibrated image height; 0 = not stated
-  double fx = 0;
-  double fy = 0;
-  double cx = 0;
-  double cy = 0;
+  double fx = 0;   ///< 1e-9 .. 1e9
+  double fy = 0;   ///< 1e-9 .. 1e9
+  double cx = 0;   ///< -1e9 .. 1e9
+  double cy = 0;   ///< -1e9 .. 1e9
   DistortionModel model = DistortionModel::kNone;
-  /// kBrown: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tau_x tau_y; kFisheye: k1 k2 k3 k4.
+  /// kBrown: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tau_x tau_y; kFisheye: k1 k2 k3 k4. Of any size:
+  /// where they make no lens, Unproject says so.
   std::array<double, 14> distortion{};
 };
 
-/// @throws Error (kInvalidArgument): an unknown model, focal length not positive and finite, other
-///         values not finite, negative size, only one of width and height; the message names the
-///         field.
+/// @throws Error (kInvalidArgument): an unknown model, a focal length or a centre out of range, a
+///         coefficient that is not finite, negative size, only one of width and height; the message
+///         names the field.
 void ValidateCamera(const Camera& camera);
 
 /// Derivatives of a map of the plane: [[dx'/dx, dx'/dy], [dy'/dx, dy'/dy]], row-major.

@@ -91,7 +91,9 @@ Image RenderScene(const Scene& scene);
 
 /// Exact projections of the marker, in the form of a detection, also where they lie outside the
 /// frame. The pose is the scene's, with rms_px = 0 and zero covariance.
-/// @throws Error (kInvalidArgument) like RenderScene, or for an index out of range.
+/// @throws Error (kInvalidArgument) like RenderScene, for any part of the scene; for an index out
+/// of
+///         range.
 Detection GroundTruth(const Scene& scene, int marker);
 
 }  // namespace topotag

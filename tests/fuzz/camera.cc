@@ -93,6 +93,10 @@ std::vector<std::string> Seeds() {
                   "camera_matrix:\n  rows: 3\n  cols: 3\n  data: " + matrix +
                   "\ndistortion_model: equidistant\ndistortion_coefficients:\n" +
                   "  rows: 1\n  cols: 4\n  data: [0.05, -0.01, 0.002, -1e-4]\n");
+  // The limits of what a camera may be.
+  seeds.push_back(
+      "camera_matrix: [1e9, 0, -1e9, 0, 1e-9, 1e9, 0, 0, 1]\n"
+      "distortion_coefficients: [-0.3, 1e300, 0, 0]\n");
   seeds.push_back(
       "cameraMatrix: [[700, 0, 320], [0, 700, 240], [0, 0, 1]]\n"
       "distortionCoefficients: [+0.1, -.2, 1e-3, 0]\n");
