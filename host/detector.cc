@@ -238,12 +238,24 @@ void Detector::Impl::TakeFrom(FrameSource* from) {
 
 void Detector::Impl::Detect(const ImageView& image, const Rect& area,
                             std::vector<Detection>* detections) {
+  try {
+    RunStages(image, area, detections);
+  } catch (...) {
+    detections->clear();
+    // It may have been thrown before the backend's part of a submitted frame.
+    CurrentBackend()->KeepSubmitted(pending.size());
+    throw;
+  }
+}
+
+void Detector::Impl::RunStages(const ImageView& image, const Rect& area,
+                               std::vector<Detection>* detections) {
   times = {};
   StopWatch total;
   FrameViews frame{image, {}};
   marker_count = 0;
   places.Start(image.width, image.height);
-  pass = {source == nullptr ? backend.get() : source->backend(), &first, source, false, 0};
+  pass = {CurrentBackend(), &first, source, false, 0};
   Search(image, area);
   if (complement_search) {
     StopWatch watch;
@@ -258,15 +270,10 @@ void Detector::Impl::Detect(const ImageView& image, const Rect& area,
   }
   StopWatch watch;
   MeasureVertices(frame);
-  try {
-    Report(detections);
-    times.vertices = watch.Lap();
-    EstimatePoses(detections);
-    if (options.pose == PoseMode::kPhotometric) RefinePoses(frame, detections);
-  } catch (...) {
-    detections->clear();
-    throw;
-  }
+  Report(detections);
+  times.vertices = watch.Lap();
+  EstimatePoses(detections);
+  if (options.pose == PoseMode::kPhotometric) RefinePoses(frame, detections);
   times.pose = watch.Lap();
   times.total = total.Lap();
 }

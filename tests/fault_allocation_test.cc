@@ -62,8 +62,15 @@ class FaultAllocationTest : public testing::TestWithParam<Mode> {
     options_.camera->width = options_.camera->height = 0;
     options_.tag_size = 0.05;
     GetParam().change(&options_);
-    expected_ = Text(Detector(options_).detect(frame_.view()));
+    try {
+      expected_ = Text(Detector(options_).detect(frame_.view()));
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kUnavailable) throw;
+      GTEST_SKIP() << error.what();
+    }
+    expected_small_ = Text(Detector(options_).detect(small_.view()));
     EXPECT_NE(expected_, "");
+    EXPECT_NE(expected_small_, expected_);
   }
 
   const Scene scene_ = MarkerScene(static_cast<int>(22 * GetParam().pitch),
@@ -71,7 +78,7 @@ class FaultAllocationTest : public testing::TestWithParam<Mode> {
   const Image frame_ = RenderScene(scene_);
   const Image small_ = RenderScene(MarkerScene(120, 50, 5));
   Options options_;
-  std::string expected_;
+  std::string expected_, expected_small_;
 };
 
 INSTANTIATE_TEST_SUITE_P(
@@ -88,10 +95,20 @@ INSTANTIATE_TEST_SUITE_P(
                          [](Options* o) {
                            o->ids[3] = {1, 2, 3};
                            o->hidden_nodes = 3;
+                         }},
+                    // The search of far markers takes the map of thresholds, whose size is that of
+                    // the frame, from the device.
+                    Mode{"OpenCl",
+                         [](Options* o) {
+                           o->backend = BackendKind::kOpenCl;
+                           o->far = true;
                          }}),
     [](const auto& info) { return std::string(info.param.name); });
 
 TEST_P(FaultAllocationTest, Construction) {
+  if (options_.backend == BackendKind::kOpenCl) {
+    GTEST_SKIP() << "PoCL's compiler keeps a lock where its own memory runs out";
+  }
   FailEachAllocation([&] { Detector detector(options_); });
 }
 
@@ -129,21 +146,37 @@ TEST_P(FaultAllocationTest, LargerFrame) {
       });
 }
 
+// A frame that cannot be collected is done with; the other one is right, and so are all that
+// follow.
 TEST_P(FaultAllocationTest, SubmittedFrames) {
-  FailEachAllocation([&] { return Detector(options_); },
-                     [&](Detector* detector) {
+  struct State {
+    Detector detector;
+    size_t submitted = 0, collected = 0;
+  };
+  const ImageView frames[] = {frame_.view(), small_.view()};
+  const std::string expected[] = {expected_, expected_small_};
+  FailEachAllocation([&] { return State{Detector(options_)}; },
+                     [&](State* state) {
+                       for (const ImageView& frame : frames) {
+                         state->detector.submit(frame);
+                         ++state->submitted;
+                       }
                        std::vector<Detection> detections;
-                       detector->submit(small_.view());
-                       detector->submit(frame_.view());
-                       detector->collect(&detections);
-                       detector->collect(&detections);
-                       EXPECT_EQ(Text(detections), expected_);
+                       for (const std::string& text : expected) {
+                         ++state->collected;
+                         EXPECT_TRUE(state->detector.collect(&detections));
+                         EXPECT_EQ(Text(detections), text);
+                       }
                      },
-                     [&](Detector* detector) {
-                       // What is left of them.
+                     [&](State* state) {
                        std::vector<Detection> detections;
-                       while (detector->collect(&detections)) continue;
-                       EXPECT_EQ(Text(detector->detect(frame_.view())), expected_);
+                       while (state->collected < state->submitted) {
+                         EXPECT_TRUE(state->detector.collect(&detections));
+                         EXPECT_EQ(Text(detections), expected[state->collected++]);
+                       }
+                       EXPECT_FALSE(state->detector.collect(&detections));
+                       EXPECT_EQ(Text(state->detector.detect(small_.view())), expected_small_);
+                       EXPECT_EQ(Text(state->detector.detect(frame_.view())), expected_);
                      });
 }
 
