@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -15,6 +16,7 @@
 #include "tests/scene_util.h"
 #include "topotag/detector.h"
 #include "topotag/object_calibration.h"
+#include "topotag/tracker.h"
 
 namespace topotag {
 namespace {
@@ -178,6 +180,62 @@ TEST_P(FaultAllocationTest, SubmittedFrames) {
                        EXPECT_EQ(Text(state->detector.detect(small_.view())), expected_small_);
                        EXPECT_EQ(Text(state->detector.detect(frame_.view())), expected_);
                      });
+}
+
+struct Tracked {
+  Tracker tracker;
+  std::vector<Detection> detections;
+  bool done = false;
+};
+
+std::string Text(const Tracked& tracked) {
+  std::string text = Text(tracked.detections);
+  for (const TrackState& state : tracked.tracker.states()) {
+    text += std::to_string(state.number) + " age " + std::to_string(state.age) + " missed " +
+            std::to_string(state.missed) + (state.in_region ? " in region\n" : "\n");
+  }
+  return text + std::to_string(tracked.tracker.lost()) + " lost\n";
+}
+
+// After a failure there are no detections, and the tracks go on as without that frame: one that is
+// searched wholly, one of which only regions are, and one of another size, which begins anew.
+TEST_P(FaultAllocationTest, Tracks) {
+  TrackerOptions options;
+  options.detection = options_;
+  const int width = std::max(480, static_cast<int>(30 * GetParam().pitch));
+  const Image wide = RenderScene(MarkerScene(width, width, GetParam().pitch));
+  const auto tracked = [&](const ImageView& frame, int count) {
+    Tracked made{Tracker(options), {}};
+    for (int i = 0; i < count; ++i) made.tracker.track(frame, &made.detections);
+    return made;
+  };
+  EXPECT_FALSE(tracked(wide.view(), 3).tracker.searched_whole());
+  const auto fail_after = [&](const ImageView& frame, int count, const ImageView& next) {
+    const std::string expected = Text(tracked(frame, count + 1));
+    FailEachAllocation(
+        [&] {
+          Tracked made = tracked(frame, count);
+          made.detections = std::vector<Detection>();  // without capacity
+          return made;
+        },
+        [&](Tracked* made) {
+          made->tracker.track(next, &made->detections);
+          made->done = true;
+        },
+        [&](Tracked* made) {
+          if (!made->done) {
+            EXPECT_TRUE(made->detections.empty());
+            EXPECT_TRUE(made->tracker.states().empty());
+            EXPECT_TRUE(made->tracker.regions().empty());
+            made->tracker.track(frame, &made->detections);
+          } else if (next.width != frame.width) {
+            return;
+          }
+          EXPECT_EQ(Text(*made), expected);
+        });
+  };
+  for (const int count : {0, 2}) fail_after(wide.view(), count, wide.view());
+  fail_after(small_.view(), 2, wide.view());
 }
 
 TEST(FaultThreadsTest, ThatCannotBeStarted) {
