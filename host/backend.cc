@@ -44,6 +44,8 @@ std::unique_ptr<Backend> MakeOpenCl(Workers*, std::optional<int>) {
 
 void Backend::Submit(const ImageView&, const ThresholdParams&) {}
 
+void Backend::KeepSubmitted(size_t) {}
+
 std::unique_ptr<Backend> MakeBackend(BackendKind kind, Workers* workers,
                                      std::optional<int> device) {
   kind = Resolve(kind);

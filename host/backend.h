@@ -1,6 +1,7 @@
 #ifndef TOPOTAG_HOST_BACKEND_H_
 #define TOPOTAG_HOST_BACKEND_H_
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,6 +28,9 @@ class Backend {
   /// the caller's and unchanged until then.
   virtual void Submit(const ImageView& image, const ThresholdParams& params);
   static constexpr int kMaxSubmitted = 2;
+  /// Drops the oldest submitted frames until `count` are left, at most: after an error, those that
+  /// nobody waits for. Nothing reads a dropped frame any more when this returns.
+  virtual void KeepSubmitted(size_t count);
 
   /// The threshold map and the bit image of one frame: the oldest submitted one, if there is any.
   /// Adds the times of both stages to *times.

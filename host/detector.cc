@@ -1,7 +1,6 @@
 #include "topotag/detector.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <utility>
@@ -41,20 +40,6 @@ TreeParams MakeTreeParams(const Options& options, bool is_whole) {
   return params;
 }
 
-// The part of a frame that is read around a marker: a box of its corners.
-Rect BoxOf(const std::array<Point2, 4>& corners, const ImageView& image) {
-  const auto at = [](double place, int count) {
-    return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(count - 1)));
-  };
-  double x0 = INFINITY, y0 = INFINITY, x1 = -INFINITY, y1 = -INFINITY;
-  for (const Point2& p : corners) {
-    x0 = std::min(x0, p.x), x1 = std::max(x1, p.x);
-    y0 = std::min(y0, p.y), y1 = std::max(y1, p.y);
-  }
-  const int left = at(x0, image.width), top = at(y0, image.height);
-  return {left, top, at(x1, image.width) - left + 1, at(y1, image.height) - top + 1};
-}
-
 // Of a marker that was found in the complement: the levels that the frame shows.
 void UndoComplement(Photometric* found) {
   found->black = 255 - found->black;
@@ -83,6 +68,11 @@ void ValidatePosed(const Detection& detection) {
   if (!IsFinite(*detection.pose) ||
       (detection.pose->alternative && !IsFinite(*detection.pose->alternative))) {
     FailArgument("the detection's pose is not finite");
+  }
+  const auto is_finite = [](const Point2& p) { return std::isfinite(p.x) && std::isfinite(p.y); };
+  if (!std::all_of(detection.corners.begin(), detection.corners.end(), is_finite) ||
+      !std::all_of(detection.vertices.begin(), detection.vertices.end(), is_finite)) {
+    FailArgument("the detection's corners or vertices are not finite");
   }
 }
 
@@ -238,12 +228,24 @@ void Detector::Impl::TakeFrom(FrameSource* from) {
 
 void Detector::Impl::Detect(const ImageView& image, const Rect& area,
                             std::vector<Detection>* detections) {
+  try {
+    RunStages(image, area, detections);
+  } catch (...) {
+    detections->clear();
+    // It may have been thrown before the backend's part of a submitted frame.
+    CurrentBackend()->KeepSubmitted(pending.size());
+    throw;
+  }
+}
+
+void Detector::Impl::RunStages(const ImageView& image, const Rect& area,
+                               std::vector<Detection>* detections) {
   times = {};
   StopWatch total;
   FrameViews frame{image, {}};
   marker_count = 0;
   places.Start(image.width, image.height);
-  pass = {source == nullptr ? backend.get() : source->backend(), &first, source, false, 0};
+  pass = {CurrentBackend(), &first, source, false, 0};
   Search(image, area);
   if (complement_search) {
     StopWatch watch;
@@ -258,15 +260,10 @@ void Detector::Impl::Detect(const ImageView& image, const Rect& area,
   }
   StopWatch watch;
   MeasureVertices(frame);
-  try {
-    Report(detections);
-    times.vertices = watch.Lap();
-    EstimatePoses(detections);
-    if (options.pose == PoseMode::kPhotometric) RefinePoses(frame, detections);
-  } catch (...) {
-    detections->clear();
-    throw;
-  }
+  Report(detections);
+  times.vertices = watch.Lap();
+  EstimatePoses(detections);
+  if (options.pose == PoseMode::kPhotometric) RefinePoses(frame, detections);
   times.pose = watch.Lap();
   times.total = total.Lap();
 }
@@ -321,7 +318,8 @@ bool Detector::refine(const ImageView& image, Detection* detection) {
   if (size == 0) return false;
   Detection refined = *detection;
   ImageView pixels = image;
-  if (refined.inverted) pixels = impl.Complement(image, BoxOf(refined.corners, image));
+  // All of it: the pose says what is read, and the user may have predicted it.
+  if (refined.inverted) pixels = impl.Complement(image, {0, 0, image.width, image.height});
   PhotometricWorkspace* const workspace = &impl.photometric[0];
   if (!RefinePhotometric(pixels, *impl.camera(), size, workspace, &refined)) return false;
   if (refined.inverted) UndoComplement(&*refined.pose->photometric);

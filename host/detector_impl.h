@@ -98,8 +98,13 @@ struct Detector::Impl {
   /// Where the next frame comes from; null: host memory. Before anything is begun with that frame:
   /// a failure leaves everything as it is.
   void TakeFrom(FrameSource* from);
-  /// Everything that is done with a frame of which `area` is searched.
+  /// Of the next frame, or of the last one.
+  Backend* CurrentBackend() const { return source == nullptr ? backend.get() : source->backend(); }
+  /// Everything that is done with a frame of which `area` is searched; the backend may have begun
+  /// with it. After an error there are no detections, and the backend is left with the frames of
+  /// `pending`.
   void Detect(const ImageView& image, const Rect& area, std::vector<Detection>* detections);
+  void RunStages(const ImageView& image, const Rect& area, std::vector<Detection>* detections);
   void Search(const ImageView& image, const Rect& whole);
   void FetchCandidates(const Rect& whole);
   /// Again where there is doubt, within limits of time.

@@ -115,8 +115,16 @@ bool TrackList::Match(const std::vector<Detection>& detections, bool near_only) 
   return matched == tracks_.size();
 }
 
+void TrackList::Reserve(size_t detections) {
+  track_of_.reserve(detections);
+  tracks_.reserve(detections);
+}
+
 void TrackList::Advance(const std::vector<Detection>& detections, bool in_region, int max_missed,
                         std::vector<TrackState>* states) {
+  const auto found_first = std::count(track_of_.begin(), track_of_.end(), -1);
+  tracks_.reserve(tracks_.size() + static_cast<size_t>(found_first));
+  states->reserve(detections.size());
   for (size_t d = 0; d < detections.size(); ++d) {
     if (track_of_[d] != -1) continue;
     track_of_[d] = static_cast<int>(tracks_.size());

@@ -57,11 +57,15 @@ class TrackList {
   /// Gives each track the detection of its family and ID that is nearest to where it is expected,
   /// each to one track, the nearest pair first: markers of the same ID are told by their places.
   /// @param near_only  detections that are out of an expectation's reach do not count
+  /// The tracks stay as they are until Advance.
   /// @return whether every track has one
   bool Match(const std::vector<Detection>& detections, bool near_only);
 
+  /// Makes room for so many detections: after it and Clear, Match and Advance do not fail.
+  void Reserve(size_t detections);
+
   /// Goes on to the next frame with what Match found; other detections begin tracks, and tracks
-  /// that have been lost for more than `max_missed` frames end.
+  /// that have been lost for more than `max_missed` frames end. A failure leaves all as it was.
   /// @param states  of each detection; in_region as given
   void Advance(const std::vector<Detection>& detections, bool in_region, int max_missed,
                std::vector<TrackState>* states);

@@ -29,6 +29,7 @@ struct Tracker::Impl {
 
   bool SearchRegions(const ImageView& image, const Rect& area, std::vector<Detection>* detections);
   void Track(const ImageView& image, std::vector<Detection>* detections);
+  void TrackNext(const ImageView& image, std::vector<Detection>* detections);
   void Reset();
 
   OneThread one_thread;
@@ -58,23 +59,41 @@ bool Tracker::Impl::SearchRegions(const ImageView& image, const Rect& area,
 }
 
 void Tracker::Impl::Track(const ImageView& image, std::vector<Detection>* detections) {
+  try {
+    TrackNext(image, detections);
+  } catch (...) {
+    detections->clear();
+    states.clear();
+    regions.clear();
+    throw;
+  }
+}
+
+// What may fail comes before what changes the tracks.
+void Tracker::Impl::TrackNext(const ImageView& image, std::vector<Detection>* detections) {
   StopWatch total;
   detections->clear();
   states.clear();
   regions.clear();
   times = {};
   const Rect area = search.Area(image);
-  if (image.width != width || image.height != height) Reset();
-  width = image.width;
-  height = image.height;
-  searched_whole = !SearchRegions(image, area, detections);
-  if (searched_whole) {
+  const bool begins_anew = image.width != width || image.height != height;
+  const bool in_regions = !begins_anew && SearchRegions(image, area, detections);
+  if (!in_regions) {
     detector.detect(image, detections);
     AddTimes(detector.times(), &times);
+    if (begins_anew) {
+      states.reserve(detections->size());
+      list.Reserve(detections->size());
+      Reset();
+    }
     list.Match(*detections, false);
   }
-  since_whole = searched_whole ? 0 : since_whole + 1;
-  list.Advance(*detections, !searched_whole, options.lost_frames, &states);
+  list.Advance(*detections, in_regions, options.lost_frames, &states);
+  since_whole = in_regions ? since_whole + 1 : 0;
+  searched_whole = !in_regions;
+  width = image.width;
+  height = image.height;
   times.total = total.Lap();
 }
 

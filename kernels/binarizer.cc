@@ -84,11 +84,17 @@ void Binarizer::Submit(const BufferFrame& frame, const ThresholdParams& params, 
   ++submitted_;
 }
 
-void Binarizer::Collect(BitImage* bits) {
-  if (submitted_ == 0) throw Error(ErrorCode::kInvalidArgument, "OpenCL: no frame is under way");
+FrameSlot& Binarizer::TakeOldest() {
   collected_ = (collected_ + 1) % kSlots;
   --submitted_;
-  Collected().Collect(bits);
+  return Collected();
 }
+
+void Binarizer::Collect(BitImage* bits) {
+  if (submitted_ == 0) throw Error(ErrorCode::kInvalidArgument, "OpenCL: no frame is under way");
+  TakeOldest().Collect(bits);
+}
+
+void Binarizer::Drop() { TakeOldest().Finish(); }
 
 }  // namespace topotag::opencl

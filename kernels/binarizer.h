@@ -18,7 +18,7 @@ namespace topotag::opencl {
 ///
 /// Up to Backend::kMaxSubmitted frames are under way at a time; they are collected in the order of
 /// their submission. Every stage of a frame is queued at once: the host waits for the bits only.
-/// All functions throw Error (kDevice).
+/// All functions but Drop throw Error (kDevice).
 class Binarizer {
  public:
   /// How the device is best fed: a CPU works on the caller's memory.
@@ -42,6 +42,8 @@ class Binarizer {
 
   /// The bits of the oldest submitted frame.
   void Collect(BitImage* bits);
+  /// Does without the oldest submitted frame, of which there is one, but waits for what reads it.
+  void Drop();
   /// Of the frame collected last: device time of its threshold map, microseconds, and the map.
   double ThresholdTime() const { return Collected().ThresholdTime(); }
   void ReadGrid(ThresholdGrid* grid) { Collected().ReadGrid(grid); }
@@ -51,6 +53,7 @@ class Binarizer {
   static constexpr int kSlots = Backend::kMaxSubmitted + 1;
 
   FrameSlot& Next();
+  FrameSlot& TakeOldest();
   FrameSlot& Collected() { return *slots_[collected_]; }
   const FrameSlot& Collected() const { return *slots_[collected_]; }
 

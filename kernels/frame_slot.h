@@ -88,6 +88,8 @@ class FrameSlot {
 
   /// Waits for the frame's bits.
   void Collect(BitImage* bits);
+  /// Instead of Collect: waits for what reads the frame. A failure leaves nothing to do.
+  void Finish();
   /// Device time of the collected frame's threshold map, microseconds.
   double ThresholdTime() const;
   /// Threshold map of the collected frame.
@@ -102,7 +104,6 @@ class FrameSlot {
   size_t TileRows() const;
   BufferFrame Upload(const ImageView& image);
   void Launch(const BufferFrame& frame, const ThresholdParams& params, cl_event wait_for);
-  void Finish();
   void LaunchDefault(const BufferFrame& frame, const ThresholdParams& params, cl_event wait_for);
   void LaunchPaper(const BufferFrame& frame, const ThresholdParams& params, cl_event wait_for);
   void Download();

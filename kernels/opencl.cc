@@ -60,8 +60,14 @@ void OpenClDetection::Run(Detector* detector, const OpenClFrame& frame,
   frames->Submit(area, impl->threshold_params);
   impl->Detect(frames->shadow(), area, detections);
   if (released == nullptr) return;
-  TOPOTAG_CL(clRetainEvent, frames->released().get());
-  *released = frames->released().get();
+  const cl_event last = frames->released().get();
+  try {
+    TOPOTAG_CL(clRetainEvent, last);
+  } catch (...) {
+    detections->clear();
+    throw;
+  }
+  *released = last;
 }
 
 void detect(Detector& detector, const OpenClFrame& frame, std::vector<Detection>* detections,

@@ -67,6 +67,10 @@ void OpenClBackend::Submit(const ImageView& image, const ThresholdParams& params
   binarizer_.Submit(image, params);
 }
 
+void OpenClBackend::KeepSubmitted(size_t count) {
+  while (static_cast<size_t>(binarizer_.submitted()) > count) binarizer_.Drop();
+}
+
 void OpenClBackend::Binarize(const ImageView& image, const ThresholdParams& params, BitImage* bits,
                              StageTimes* times) {
   StopWatch watch;

@@ -33,6 +33,7 @@ class OpenClBackend : public Backend {
               Event* read) {
     binarizer_.Submit(frame, params, wait_for, read);
   }
+  void KeepSubmitted(size_t count) override;
   /// The threshold map's time is the device's; the rest of the caller's time counts as
   /// binarization.
   void Binarize(const ImageView& image, const ThresholdParams& params, BitImage* bits,

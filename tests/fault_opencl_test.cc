@@ -233,19 +233,34 @@ TEST_F(FaultOpenClTest, LargerFrames) {
 }
 
 TEST_F(FaultOpenClTest, SubmittedFrames) {
-  FailEachCall([] { return std::make_unique<Detector>(OpenCl()); },
-               [&](Detector* detector) {
+  struct State {
+    Detector detector{OpenCl()};
+    size_t submitted = 0, collected = 0;
+  };
+  const ImageView frames[] = {frame_.view(), other_.view()};
+  const std::string expected[] = {expected_, Ids(Detector(Options()).detect(other_.view()))};
+  FailEachCall([] { return std::make_unique<State>(); },
+               [&](State* state) {
+                 for (const ImageView& frame : frames) {
+                   state->detector.submit(frame);
+                   ++state->submitted;
+                 }
                  std::vector<Detection> detections;
-                 detector->submit(other_.view());
-                 detector->submit(frame_.view());
-                 detector->collect(&detections);
-                 detector->collect(&detections);
-                 EXPECT_EQ(Ids(detections), expected_);
+                 for (const std::string& ids : expected) {
+                   ++state->collected;
+                   state->detector.collect(&detections);
+                   EXPECT_EQ(Ids(detections), ids);
+                 }
                },
-               [&](Detector* detector) {
+               [&](State* state) {
+                 // What is left of them.
                  std::vector<Detection> detections;
-                 while (detector->collect(&detections)) continue;
-                 EXPECT_EQ(Ids(detector->detect(frame_.view())), expected_);
+                 while (state->collected < state->submitted) {
+                   EXPECT_TRUE(state->detector.collect(&detections));
+                   EXPECT_EQ(Ids(detections), expected[state->collected++]);
+                 }
+                 EXPECT_FALSE(state->detector.collect(&detections));
+                 EXPECT_EQ(Ids(state->detector.detect(frame_.view())), expected_);
                });
 }
 
@@ -285,15 +300,19 @@ TEST_F(FaultOpenClTest, FramesOnTheDevice) {
   ASSERT_EQ(code, CL_SUCCESS);
   const OpenClFrame frame{queue.get(), buffer.get(), 0,
                           view.width,  view.height,  static_cast<size_t>(view.width)};
+  std::vector<Detection> detections;
+  bool is_done = false;
   const auto detect = [&](Detector* detector) {
-    std::vector<Detection> detections;
+    is_done = false;
     cl_event released = nullptr;
     topotag::detect(*detector, frame, &detections, &released);
+    is_done = true;
     clReleaseEvent(released);
     return Ids(detections);
   };
   FailEachCall([] { return std::make_unique<Detector>(OpenCl()); }, detect,
                [&](Detector* detector) {
+                 EXPECT_TRUE(is_done || detections.empty());
                  EXPECT_EQ(detect(detector), expected_);
                  EXPECT_EQ(Ids(detector->detect(frame_.view())), expected_);
                },

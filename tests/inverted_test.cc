@@ -195,6 +195,33 @@ TEST(InvertedTest, RefineIsThePhotometricPose) {
   ExpectSame(Detector(options).detect(image.view()), refined, false);
 }
 
+// The pose says where to look, wherever the corners are: it may be predicted.
+TEST(InvertedTest, RefineDoesNotDependOnEarlierFrames) {
+  const Scene scene = MixedScene(18);
+  const Image image = RenderScene(scene);
+  const Image complement = Complement(image.view());
+  const Image black(image.width(), image.height());
+  const Options options = WithPoses(scene);
+  std::vector<Detection> found = Detector(options).detect(image.view());
+  std::vector<Detection> expected = found;
+  Detector usual(options);
+  for (Detection& detection : expected) {
+    usual.detect(image.view());
+    EXPECT_TRUE(usual.refine(image.view(), &detection));
+  }
+  for (Detection& detection : found) detection.corners = {};
+  for (const ImageView& earlier : {ImageView(), image.view(), complement.view(), black.view()}) {
+    std::vector<Detection> refined = found;
+    for (Detection& detection : refined) {
+      Detector detector(options);
+      if (earlier.data != nullptr) detector.detect(earlier);
+      EXPECT_TRUE(detector.refine(image.view(), &detection));
+      detection.corners = expected[static_cast<size_t>(&detection - refined.data())].corners;
+    }
+    ExpectSame(expected, refined, false);
+  }
+}
+
 TEST(InvertedTest, StageTimesAddUp) {
   const Scene scene = MixedScene(8);
   const Image image = RenderScene(scene);

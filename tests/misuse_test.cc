@@ -272,6 +272,10 @@ TEST_F(MisuseOfRefineTest, ImpossibleDetections) {
       d->pose->alternative.emplace();
       d->pose->alternative->t[0] = value;
     });
+    Refuse("not finite", [&](Detection* d) { d->vertices[3].x = value; });
+    Refuse("not finite", [&](Detection* d) { d->vertices[0].y = value; });
+    Refuse("not finite", [&](Detection* d) { d->corners[2].x = value; });
+    Refuse("not finite", [&](Detection* d) { d->corners[3].y = value; });
   }
   Refuse("vertices", [](Detection* d) { d->vertices.resize(0); });
   Refuse("vertices", [](Detection* d) { d->family = Family(8); });
@@ -303,7 +307,6 @@ TEST_F(MisuseOfRefineTest, PosesOfAnotherFrame) {
     });
   }
   for (const double value : kNotFinite) {
-    Try([&](Detection* d) { d->vertices[3].x = value; });
     Try([&](Detection* d) { d->center = {value, value}; });
     Try([&](Detection* d) { d->pose->ambiguity = value; });
     Try([&](Detection* d) { d->pose->covariance[2][2] = value; });
