@@ -335,7 +335,7 @@ TEST(MisuseOfObjectsTest, Detections) {
 TEST(MisuseOfObjectsTest, Calibration) {
   const Scene scene = BoardScene();
   const std::vector<Detection> good = test::ExactDetections(scene);
-  ExpectRefused("in no view", [] { CalibrateObject(Board(), {}); });
+  ExpectRefused("no view", [] { CalibrateObject(Board(), {}); });
   ExpectRefused("in no view", [&] { CalibrateObject(Board(), {{scene.camera, {}}}); });
   ExpectRefused("fx", [&] { CalibrateObject(Board(), {{Camera(), good}}); });
   ExpectRefused("frame", [&] {
