@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "host/check.h"
+#include "host/painting.h"
+#include "host/scene_check.h"
 #include "host/scene_levels.h"
 #include "host/tag_projector.h"
 
@@ -73,13 +75,14 @@ Image RenderScene(const Scene& scene) {
 }
 
 Detection GroundTruth(const Scene& scene, int marker) {
-  SceneLevels{scene};  // refuses what cannot be rendered
+  ValidateScene(scene);
   if (marker < 0 || marker >= static_cast<int>(scene.markers.size())) {
     FailArgument("marker " + std::to_string(marker) + " is not one of the scene's " +
                  std::to_string(scene.markers.size()));
   }
   const TagProjector project(scene, marker);
   const SceneMarker& truth = scene.markers[marker];
+  PaintMarker(truth);  // refuses a design that cannot be drawn
   Detection detection;
   detection.family = truth.design.family;
   detection.id = truth.design.id;

@@ -91,9 +91,8 @@ Image RenderScene(const Scene& scene);
 
 /// Exact projections of the marker, in the form of a detection, also where they lie outside the
 /// frame. The pose is the scene's, with rms_px = 0 and zero covariance.
-/// @throws Error (kInvalidArgument) like RenderScene, for any part of the scene; for an index out
-/// of
-///         range.
+/// @throws Error (kInvalidArgument): a value out of range, this marker's design, a point that
+///         RenderScene could not project; an index out of range.
 Detection GroundTruth(const Scene& scene, int marker);
 
 }  // namespace topotag
