@@ -179,8 +179,9 @@ void AreaRaster::AddBlurred(Point2 a, Point2 b, double weight) {
 void AreaRaster::AddPoint(Point2 p, double weight) {
   const int y0 = response_.Profile(p.y, &rows_);
   int x0 = response_.Step(p.x, &columns_);
-  // AddEdge has cut off everything that starts right of the rectangle or ends left of it.
-  const int first = std::clamp(-x0, 0, static_cast<int>(columns_.size()) - 1);
+  // AddEdge has cut off everything that starts right of the rectangle or ends left of it, but for
+  // half a pixel.
+  const int first = std::max(0, -x0);
   const int last = std::min(static_cast<int>(columns_.size()), area_.width - x0);
   x0 += first;
   // What starts left of the rectangle is complete in column 0.

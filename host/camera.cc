@@ -17,7 +17,7 @@ namespace {
 constexpr double kHalfPi = 1.57079632679489661923;
 // Beyond any camera, and such that no pose's covariance leaves the range of a double.
 constexpr double kMinFocalLength = 1e-9;
-constexpr double kMaxPixels = 1e9;
+constexpr double kMaxCoordinate = 1e9;
 // Below this radius the fisheye model is the identity to double precision.
 constexpr double kTinyRadius = 1e-8;
 // See Converged.
@@ -313,10 +313,10 @@ void Require(bool condition, const char* field, double value, const char* reason
 void ValidateCamera(const Camera& camera) {
   static constexpr const char* kFinite = "is not finite";
   RequireEnum("camera: model", camera.model, DistortionModel::kFisheye);
-  RequireRange("camera: fx", camera.fx, kMinFocalLength, kMaxPixels, "pixels");
-  RequireRange("camera: fy", camera.fy, kMinFocalLength, kMaxPixels, "pixels");
-  RequireRange("camera: cx", camera.cx, -kMaxPixels, kMaxPixels, "pixels");
-  RequireRange("camera: cy", camera.cy, -kMaxPixels, kMaxPixels, "pixels");
+  RequireRange("camera: fx", camera.fx, kMinFocalLength, kMaxCoordinate, "pixels");
+  RequireRange("camera: fy", camera.fy, kMinFocalLength, kMaxCoordinate, "pixels");
+  RequireRange("camera: cx", camera.cx, -kMaxCoordinate, kMaxCoordinate, "pixels");
+  RequireRange("camera: cy", camera.cy, -kMaxCoordinate, kMaxCoordinate, "pixels");
   Require(camera.width >= 0, "width", camera.width, "is negative");
   Require(camera.height >= 0, "height", camera.height, "is negative");
   if ((camera.width == 0) != (camera.height == 0)) {

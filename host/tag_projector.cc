@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/check.h"
+#include "host/tag_size.h"
 
 namespace topotag {
 namespace {
@@ -15,9 +16,7 @@ constexpr int kMaxCircleSegments = 1 << 14;
 constexpr int kMaxEdgeDepth = 10;
 
 void ValidateMarker(const SceneMarker& marker, const std::string& name) {
-  if (!(marker.tag_size > 0 && std::isfinite(marker.tag_size))) {
-    FailArgument(name + ": tag size " + Text(marker.tag_size) + " is not positive and finite");
-  }
+  RequireRange(name + ": tag size", marker.tag_size, kMinTagSize, kMaxTagSize, "metres");
   RequireRange(name + ": black", marker.black, 0, 255);
   RequireRange(name + ": white", marker.white, 0, 255);
   const auto require_finite = [&name](const char* what, const Vector3& values) {

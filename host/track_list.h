@@ -61,7 +61,8 @@ class TrackList {
   /// @return whether every track has one
   bool Match(const std::vector<Detection>& detections, bool near_only);
 
-  /// Makes room for so many detections: after it and Clear, Match and Advance do not fail.
+  /// Makes room for so many detections: after it and Clear, Match does not fail, nor does Advance
+  /// where `states` has room for them, too.
   void Reserve(size_t detections);
 
   /// Goes on to the next frame with what Match found; other detections begin tracks, and tracks

@@ -49,6 +49,13 @@ TEST_F(CliFilesTest, InputsAreNotWrittenOver) {
                   {"-o: scene.png"});
   ExpectComplaint("render --camera cam.yaml -o new.png --write-camera cam.yaml", 2,
                   {"--write-camera: cam.yaml"});
+  WriteFile(folder_ / "named.json",
+            R"({"camera": "cam.yaml", "background": "scene.png", "markers": []})");
+  ExpectComplaint("render named.json -o scene.png", 2, {"-o: scene.png is an input"});
+  ExpectComplaint("render named.json -o new.png --truth cam.yaml", 2, {"--truth: cam.yaml"});
+  fs::copy_file(folder_ / "b.txt", folder_ / "polygon.svg");
+  ExpectComplaint("generate --family 3x3 --id 1 --outer polygon.svg -o polygon.svg", 2, {});
+  EXPECT_TRUE(ReadFile(folder_ / "polygon.svg") == ReadFile(folder_ / "b.txt"));
   EXPECT_TRUE(all() == before);
 }
 
@@ -62,6 +69,9 @@ TEST_F(CliFilesTest, NorIsOneOutputByAnother) {
             0);
   EXPECT_EQ(Run("detect --draw in --output in/scene.png scene.png").status, 0);
   EXPECT_EQ(Names(folder_ / "in"), (Strings{"scene.png", "scene_2.png"}));
+  fs::copy_file(folder_ / "scene.png", folder_ / "scene_6_result.png");
+  EXPECT_EQ(Run("detect --draw st --stages st scene.png scene_6_result.png").status, 0);
+  EXPECT_EQ(Names(folder_ / "st").size(), 14u) << "two pictures and six stages of each";
 }
 
 TEST_F(CliFilesTest, AFileThatIsReplacedKeepsItsPermissions) {
@@ -89,7 +99,10 @@ TEST_F(CliFilesTest, ScenesNameFilesOfTheirOwnFolderOnly) {
     text.replace(text.find(from), from.size(), to);
     WriteFile(folder_ / "in" / "s.json", text);
   };
-  for (const std::string& path : {(folder_ / "secret").string(), std::string("../secret")}) {
+  fs::create_symlink("../secret", folder_ / "in" / "link");
+  fs::create_symlink("..", folder_ / "in" / "up");
+  for (const std::string& path : {(folder_ / "secret").string(), std::string("../secret"),
+                                  std::string("link"), std::string("up/secret")}) {
     for (const std::string key : {"background", "camera", "outer"}) {
       if (key == "background") with("\"background\": 90", "\"background\": \"" + path + "\"");
       if (key == "camera") {
@@ -101,6 +114,9 @@ TEST_F(CliFilesTest, ScenesNameFilesOfTheirOwnFolderOnly) {
       EXPECT_EQ(Run(command).err.find("a secret"), std::string::npos);
     }
   }
+  // A name is not looked up where the command runs.
+  with("\"outer\": \"circle\"", "\"outer\": \"secret\"");
+  ExpectComplaint("render in/s.json -o new.png", 1, {"outer: 'in/secret' is not one of"});
   fs::create_directory(folder_ / "in" / "walls");
   fs::copy_file(folder_ / "scene.png", folder_ / "in" / "walls" / "wall.png");
   with("\"background\": 90", "\"background\": \"walls/wall.png\"");
@@ -142,6 +158,11 @@ TEST_F(CliFilesTest, AVideoOfAnotherSizeThanTheCamerasIsNamedOnce) {
   EXPECT_EQ(outcome.err,
             "topotag: v.avi: the image is 640x480, the camera file small.yaml is for 320x240\n");
   EXPECT_EQ(Lines(outcome.out).size(), 1u);
+  const Outcome calibrate =
+      Run("object calibrate --camera small.yaml --ids 1,46 --family 3x3 --tag-size 0.05 -o b.txt "
+          "v.avi");
+  EXPECT_EQ(calibrate.status, 1);
+  EXPECT_EQ(calibrate.err, outcome.err + "topotag: object calibrate: no picture could be used\n");
 }
 
 TEST_F(CliFilesTest, APipeIsNoVideo) {
@@ -154,6 +175,7 @@ TEST_F(CliFilesTest, NamesGiveNoOrdersToATerminal) {
   fs::copy_file(folder_ / "scene.png", folder_ / name);
   const Outcome outcome = Run("detect in/../a*.png missing\x1b.png");
   EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err, "topotag: missing .png: No such file or directory\n");
   EXPECT_EQ(Lines(outcome.out).size(), 4u) << outcome.out;
   EXPECT_EQ((outcome.out + outcome.err).find('\x1b'), std::string::npos);
   EXPECT_EQ(outcome.out.find('\x9b'), std::string::npos);

@@ -326,28 +326,32 @@ bool IsFinite(const Detection& detection) {
   for (const Point2& p : detection.vertices) sum += p.x + p.y;
   if (!detection.pose) return std::isfinite(sum);
   for (const double value : detection.pose->t) sum += value;
+  for (const auto& row : detection.pose->R) {
+    for (const double value : row) sum += value;
+  }
   for (const auto& row : detection.pose->covariance) {
     for (const double value : row) sum += value;
   }
   return std::isfinite(sum + detection.pose->rms_px);
 }
 
-// Cameras that are valid, but of no camera that there is.
+// Cameras that are valid, but of no camera that there is; and lenses that nothing can be seen
+// through.
 TEST(MisuseTest, ExtremeCameras) {
   const Image image = RenderScene(OneMarker());
   for (const PoseMode mode : {PoseMode::kVertices, PoseMode::kPhotometric}) {
+    int poses = 0;
     const auto detect = [&](const std::function<void(Camera*)>& change) {
       Options options = PoseOptions();
       options.pose = mode;
       options.far = true;
       change(&*options.camera);
-      ExpectDefined([&] {
-        for (const Detection& detection : Detector(options).detect(image.view())) {
-          EXPECT_TRUE(IsFinite(detection));
-        }
-      });
+      for (const Detection& detection : Detector(options).detect(image.view())) {
+        EXPECT_TRUE(IsFinite(detection));
+        poses += detection.pose ? 1 : 0;
+      }
     };
-    for (const double value : {1e-300, 1e-9, 1e9, 1e300}) {
+    for (const double value : {1e-9, 1e9}) {
       detect([&](Camera* c) { c->fx = value; });
       detect([&](Camera* c) {
         c->fx = value;
@@ -356,6 +360,9 @@ TEST(MisuseTest, ExtremeCameras) {
       detect([&](Camera* c) { c->fx = c->fy = value; });
       detect([&](Camera* c) { c->cx = value; });
       detect([&](Camera* c) { c->cy = -value; });
+    }
+    EXPECT_GT(poses, 0);
+    for (const double value : {1e-300, 1e-9, 1e9, 1e300}) {
       for (const DistortionModel model : {DistortionModel::kBrown, DistortionModel::kFisheye}) {
         for (size_t i = 0; i < 14; i += 3) {
           for (const double sign : {-1.0, 1.0}) {
@@ -377,7 +384,11 @@ TEST(MisuseTest, ExtremeTagSizes) {
       Options options = PoseOptions();
       options.pose = mode;
       options.tag_size = size;
-      ExpectDefined([&] { Detector(options).detect(image.view()); });
+      const std::vector<Detection> found = Detector(options).detect(image.view());
+      ASSERT_EQ(found.size(), 1u);
+      ASSERT_TRUE(found[0].pose);
+      EXPECT_TRUE(IsFinite(found[0]));
+      for (size_t i = 0; i < 6; ++i) EXPECT_GT(found[0].pose->covariance[i][i], 0);
     }
   }
 }

@@ -16,20 +16,26 @@
 
 namespace topotag::tools {
 
+namespace {
+
+auto RefuseEmpty(const char* what) {
+  return [what](const std::string& text) {
+    return text.empty() ? std::string("the ") + what + " is empty" : std::string();
+  };
+}
+
+}  // namespace
+
 CLI::Option* AddInputs(CLI::App* command, const char* name, std::vector<std::string>* inputs,
                        const char* help) {
-  const auto check = [](const std::string& input) {
-    return input.empty() ? std::string("the name is empty") : std::string();
-  };
-  return command->add_option(name, *inputs, help)->required()->type_name("")->check(check);
+  CLI::Option* const option = command->add_option(name, *inputs, help);
+  return option->required()->type_name("")->check(RefuseEmpty("name"));
 }
 
 CLI::Option* AddText(CLI::App* command, const char* group, const char* name, std::string* value,
                      const char* type, const char* help) {
-  const auto check = [](const std::string& text) {
-    return text.empty() ? std::string("the value is empty") : std::string();
-  };
-  return command->add_option(name, *value, help)->type_name(type)->group(group)->check(check);
+  CLI::Option* const option = command->add_option(name, *value, help);
+  return option->type_name(type)->group(group)->check(RefuseEmpty("value"));
 }
 
 double ParseNumber(const std::string& option, const std::string& text) {
@@ -131,14 +137,18 @@ void CheckChoice(const std::string& option, const std::string& value,
   throw UsageError(option + ": '" + value + "' is not one of " + names);
 }
 
-void SetOuterShape(const std::string& name_or_file, MarkerDesign* design) {
+bool SetNamedOuterShape(const std::string& name, MarkerDesign* design) {
   for (const OuterShape shape :
        {OuterShape::kSquare, OuterShape::kCircle, OuterShape::kButterfly}) {
-    if (name_or_file == Name(shape)) {
-      design->outer = shape;
-      return;
-    }
+    if (name != Name(shape)) continue;
+    design->outer = shape;
+    return true;
   }
+  return false;
+}
+
+void SetOuterShape(const std::string& name_or_file, MarkerDesign* design) {
+  if (SetNamedOuterShape(name_or_file, design)) return;
   std::error_code ignored;
   if (!std::filesystem::exists(name_or_file, ignored)) {
     throw Error(ErrorCode::kInvalidArgument,
@@ -167,7 +177,8 @@ void Complain(const std::string& message) {
   std::fprintf(stderr, "topotag: %s\n", OneLine(message).c_str());
 }
 
-std::string Named(const std::string& subject, const std::string& message) {
+std::string Named(const std::string& name, const std::string& message) {
+  const std::string subject = OneLine(name);  // as errors quote it
   if (message.compare(0, subject.size() + 2, subject + ": ") == 0) return message;
   // "cannot read 'a.png': reason" becomes "a.png: cannot read: reason".
   const std::string quoted = " '" + subject + "'";

@@ -84,6 +84,8 @@ auto ForFile(const std::string& file, Use use) {
   }
 }
 
+/// Sets the outer shape from a shape's name. @return whether it is one
+bool SetNamedOuterShape(const std::string& name, MarkerDesign* design);
 /// Sets the outer shape from a shape's name or from a file with a polygon.
 /// @throws Error (kInvalidArgument: neither a name nor a file; kFile, kParse: ReadPolygon's).
 void SetOuterShape(const std::string& name_or_file, MarkerDesign* design);

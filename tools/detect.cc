@@ -91,8 +91,9 @@ class Run {
     files.insert(files.end(), arguments.objects.begin(), arguments.objects.end());
     CheckOutputs({{"--output", arguments.output}}, files);
     files.push_back(arguments.output);
-    if (!arguments.draw.empty()) draw_.emplace(arguments.draw, files);
-    if (!arguments.stages.empty()) stages_.emplace(arguments.stages, files);
+    taken_ = TakenFiles(files);
+    if (!arguments.draw.empty()) draw_.emplace(arguments.draw, &taken_);
+    if (!arguments.stages.empty()) stages_.emplace(arguments.stages, &taken_);
   }
 
   int Execute();
@@ -100,7 +101,6 @@ class Run {
  private:
   /// @return false at the end.
   bool DetectNext();
-  void CheckSize(const Frame& frame) const;
   void Search();
   void WritePictures();
 
@@ -114,21 +114,12 @@ class Run {
   size_t tracked_input_ = 0;
   FrameSource source_;
   OutputStream output_;
+  TakenFiles taken_{{}};
   std::optional<PictureFolder> draw_;
   std::optional<PictureFolder> stages_;
   Frame frame_;
   FrameResult result_;
 };
-
-void Run::CheckSize(const Frame& frame) const {
-  if (!options_.camera || options_.camera->width == 0) return;
-  const Camera& camera = *options_.camera;
-  if (frame.pixels.width == camera.width && frame.pixels.height == camera.height) return;
-  throw Error(ErrorCode::kInvalidArgument, "the image is " +
-                                               Text(frame.pixels.width, frame.pixels.height) +
-                                               ", the camera file " + arguments_.camera +
-                                               " is for " + Text(camera.width, camera.height));
-}
 
 void Run::Search() {
   if (!tracker_) {
@@ -147,13 +138,7 @@ void Run::Search() {
 
 bool Run::DetectNext() {
   if (!source_.Next(&frame_)) return false;
-  try {
-    CheckSize(frame_);
-  } catch (const Error& error) {
-    // No other frame of it has another size.
-    if (frame_.is_sequence) source_.LeaveSequence();
-    throw Error(ErrorCode::kFile, Named(frame_.image, error.what()));
-  }
+  if (options_.camera) source_.CheckSize(frame_, *options_.camera, arguments_.camera);
   try {
     Search();
   } catch (const std::exception& error) {

@@ -3,12 +3,12 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "host/check.h"
 #include "host/file.h"
 #include "tools/command.h"
 #include "tools/image_input.h"
@@ -125,8 +125,7 @@ std::string FrameSource::EarlyEnd(const std::string& path) const {
   if (stated > video_frame_) end += " of " + std::to_string(stated);
   end += " frames";
   const uint64_t missing = MissingBytes(path);
-  if (missing > 0)
-    return "is cut off" + end + ": " + std::to_string(missing) + " bytes are missing";
+  if (missing > 0) return "is cut off" + end + ": " + std::to_string(missing) + " bytes missing";
   // A few that cannot be decoded are left out by readers; a tenth is more than that.
   return video_frame_ + 1 < stated && 10 * video_frame_ < 9 * stated ? "ends" + end : "";
 }
@@ -170,6 +169,16 @@ bool FrameSource::NextOfVideo(const Input& input, Frame* frame) {
             ImageView{gray_.data, gray_.cols, gray_.rows, static_cast<ptrdiff_t>(gray_.step)},
             input.argument};
   return true;
+}
+
+void FrameSource::CheckSize(const Frame& frame, const Camera& camera,
+                            const std::string& camera_file) {
+  const int width = frame.pixels.width, height = frame.pixels.height;
+  if (camera.width == 0 || (width == camera.width && height == camera.height)) return;
+  if (frame.is_sequence) LeaveSequence();
+  throw Error(ErrorCode::kFile, frame.image + ": the image is " + Text(width, height) +
+                                    ", the camera file " + camera_file + " is for " +
+                                    Text(camera.width, camera.height));
 }
 
 void FrameSource::LeaveSequence() {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "topotag/camera.h"
 #include "topotag/image.h"
 
 namespace topotag::tools {
@@ -33,8 +34,10 @@ class FrameSource {
   /// @throws Error (kFile) that names the input and the reason.
   bool Next(Frame* frame);
 
-  /// Leaves the rest of the video or camera that the last frame came from.
-  void LeaveSequence();
+  /// Whether the calibration is for frames like the last one; a video or camera is left where it is
+  /// not, all of whose frames are of one size.
+  /// @throws Error (kFile) that names the input and both sizes.
+  void CheckSize(const Frame& frame, const Camera& camera, const std::string& camera_file);
   /// Frames of all inputs by the headers of the videos; 0 where a camera makes it endless.
   int64_t CountFrames() const;
   /// All inputs that are files.
@@ -53,6 +56,7 @@ class FrameSource {
   };
 
   void Add(const std::string& path);
+  void LeaveSequence();
   bool NextOfVideo(const Input& input, Frame* frame);
   /// Why a video's last frame may not be its end; empty where it is.
   std::string EarlyEnd(const std::string& path) const;

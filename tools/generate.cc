@@ -89,6 +89,7 @@ void WriteFolder(const Arguments& arguments, MarkerDesign design, const PrintOpt
 }
 
 void CheckOutputFile(const Arguments& arguments) {
+  CheckOutputs({{"-o", arguments.output}}, {arguments.outer});
   const std::string extension = LowerExtension(arguments.output);
   if (extension != ".png" && extension != ".svg" && extension != ".pdf") {
     throw UsageError("-o: '" + arguments.output +

@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::fputs("topotag: not enough memory\n", stderr);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "topotag: %s\n", error.what());
+    topotag::tools::Complain(error.what());
   }
   return topotag::tools::kFailure;
 }

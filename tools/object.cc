@@ -130,6 +130,7 @@ int Detect(const Arguments& a, const Options& options, std::vector<ObjectView>* 
   for (Frame frame;;) {
     try {
       if (!source.Next(&frame)) return status;
+      source.CheckSize(frame, *options.camera, a.camera);
       ForFile(frame.image, [&] {
         views->push_back({*options.camera, detector.detect(frame.pixels)});
       });
@@ -169,7 +170,7 @@ int RunCalibrate(const Arguments& a) {
   const Object start = ParseStart(a);
   std::vector<ObjectView> views;
   const int status = Detect(a, ParseOptions(a, start), &views);
-  if (views.empty()) throw Error(ErrorCode::kFile, "object calibrate: no picture could be read");
+  if (views.empty()) throw Error(ErrorCode::kFile, "object calibrate: no picture could be used");
   const ObjectCalibration result = CalibrateObject(
       start, views, a.object.empty() ? ObjectFrame::kFirstMarker : ObjectFrame::kAllMarkers);
   Write(result.object, a.output);

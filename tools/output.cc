@@ -99,18 +99,27 @@ void CheckOutputs(const std::vector<NamedOutput>& outputs, const std::vector<std
 void MakeFolder(const std::string& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (!fs::is_directory(folder)) {
+  if (std::error_code ignored; !fs::is_directory(folder, ignored)) {
     FailFile(folder, "folder cannot be created: " + (error ? error.message() : "is a file"));
   }
 }
 
-PictureFolder::PictureFolder(const std::string& folder, const std::vector<std::string>& inputs)
-    : folder_(folder) {
+TakenFiles::TakenFiles(const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) Add(input);
+}
+
+bool TakenFiles::Has(const std::string& path) const {
+  return paths_.count(AbsolutePath(path)) != 0;
+}
+
+void TakenFiles::Add(const std::string& path) { paths_.insert(AbsolutePath(path)); }
+
+PictureFolder::PictureFolder(const std::string& folder, TakenFiles* taken)
+    : folder_(folder), taken_(*taken) {
   MakeFolder(folder);
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
     FailFile(folder, "folder cannot be written to: " + SystemMessage(errno));
   }
-  for (const std::string& input : inputs) taken_.insert(AbsolutePath(input));
 }
 
 void PictureFolder::Write(const std::string& stem, const std::vector<Picture>& pictures) {
@@ -120,12 +129,12 @@ void PictureFolder::Write(const std::string& stem, const std::vector<Picture>& p
     paths.clear();
     for (const Picture& picture : pictures) {
       const std::string path = (fs::path(folder_) / (name + picture.suffix + ".png")).string();
-      if (taken_.count(AbsolutePath(path)) != 0) break;
+      if (taken_.Has(path)) break;
       paths.push_back(path);
     }
   }
   for (size_t i = 0; i < pictures.size(); ++i) {
-    taken_.insert(AbsolutePath(paths[i]));
+    taken_.Add(paths[i]);
     std::vector<uchar> bytes;
     cv::imencode(".png", pictures[i].pixels, bytes);
     ForFile(paths[i], [&] { WriteWholeFile(paths[i], bytes.data(), bytes.size()); });

@@ -57,13 +57,23 @@ void CheckOutputs(const std::vector<NamedOutput>& outputs, const std::vector<std
 /// @throws Error (kFile) that names the folder.
 void MakeFolder(const std::string& folder);
 
-/// A folder of PNG pictures that never overwrites an input or a picture of the same run.
+/// Files that pictures may not be written over: inputs, and pictures of the same run.
+class TakenFiles {
+ public:
+  explicit TakenFiles(const std::vector<std::string>& inputs);
+  bool Has(const std::string& path) const;
+  void Add(const std::string& path);
+
+ private:
+  std::set<std::string> paths_;  ///< absolute
+};
+
+/// A folder of PNG pictures that overwrites none of the files that are taken, and takes its own.
 class PictureFolder {
  public:
-  /// Creates the folder and proves that it can be written to.
-  /// @param inputs  files that must stay as they are.
+  /// Creates the folder and proves that it can be written to. Refers to `taken`.
   /// @throws Error (kFile) that names the folder.
-  PictureFolder(const std::string& folder, const std::vector<std::string>& inputs);
+  PictureFolder(const std::string& folder, TakenFiles* taken);
 
   /// Writes STEM + each suffix + ".png"; STEM gets _2, _3, .. where a name is taken.
   /// @throws Error (kFile) that names the file.
@@ -75,7 +85,7 @@ class PictureFolder {
 
  private:
   std::string folder_;
-  std::set<std::string> taken_;  ///< absolute paths
+  TakenFiles& taken_;
 };
 
 }  // namespace topotag::tools

@@ -125,10 +125,6 @@ std::string TruthLine(const Arguments& arguments, const Scene& scene) {
 
 int RunRender(const Arguments& arguments) {
   const uint64_t max_pixels = ParseMaxPixels(arguments.max_pixels);
-  CheckOutputs({{"-o", arguments.output},
-                {"--truth", arguments.truth},
-                {"--write-camera", arguments.write_camera}},
-               {arguments.scene, arguments.camera, arguments.background});
   SceneFile file;
   if (arguments.scene.empty()) {
     ParseScene(arguments, &file.scene);
@@ -136,6 +132,12 @@ int RunRender(const Arguments& arguments) {
     RejectSceneOptions(arguments);
     file = ReadScene(arguments.scene, max_pixels);
   }
+  std::vector<std::string> inputs = file.files;
+  inputs.insert(inputs.end(), {arguments.scene, arguments.camera, arguments.background});
+  CheckOutputs({{"-o", arguments.output},
+                {"--truth", arguments.truth},
+                {"--write-camera", arguments.write_camera}},
+               inputs);
   ApplyOverrides(arguments, max_pixels, &file);
   const std::string source =
       arguments.scene.empty() ? "--camera " + arguments.camera : arguments.scene;

@@ -21,14 +21,18 @@ namespace fs = std::filesystem;
 constexpr size_t kMaxFileSize = size_t{1} << 24;
 constexpr int kMaxNesting = 8;
 
-/// A file that a scene names: of its own folder or below, so that somebody else's scene cannot have
-/// any file of this machine read.
-std::string Relative(const std::string& scene, const fs::path& path) {
-  if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end()) {
-    throw Error(ErrorCode::kParse,
-                "'" + path.string() + "' is not a file of the scene's folder or below");
+/// A file that the scene names: of its own folder or below, by whatever links, so that somebody
+/// else's scene cannot have any file of this machine read.
+std::string FileOf(const std::string& scene, const std::string& name, SceneFile* file) {
+  const fs::path folder = fs::absolute(scene).parent_path();
+  const fs::path real_folder = fs::weakly_canonical(folder);
+  const fs::path real = fs::weakly_canonical(folder / name);
+  if (std::mismatch(real_folder.begin(), real_folder.end(), real.begin(), real.end()).first !=
+      real_folder.end()) {
+    throw Error(ErrorCode::kParse, "'" + name + "' is not a file of the scene's folder or below");
   }
-  return (fs::path(scene).parent_path() / path).string();
+  file->files.push_back((fs::path(scene).parent_path() / name).string());
+  return file->files.back();
 }
 
 void ReadDistortion(const JsonNode& node, Camera* camera) {
@@ -103,7 +107,7 @@ Matrix3 ReadRotation(const JsonNode& node) {
   return rotation;
 }
 
-SceneMarker ReadMarker(const std::string& path, const JsonNode& node) {
+SceneMarker ReadMarker(const std::string& path, const JsonNode& node, SceneFile* file) {
   node.AllowOnly({"family", "id", "size", "inner", "outer", "frame", "margin", "inverted", "black",
                   "white", "growth", "rvec", "R", "t", "velocity", "angular_velocity"});
   SceneMarker marker;
@@ -115,9 +119,7 @@ SceneMarker ReadMarker(const std::string& path, const JsonNode& node) {
       At(node.Where("inner"), [&] { return ParseInnerShape(node.Text("inner", "square")); });
   const std::string outer = node.Text("outer", "square");
   At(node.Where("outer"), [&] {
-    const std::string polygon = Relative(path, outer);
-    std::error_code ignored;
-    SetOuterShape(fs::is_regular_file(polygon, ignored) ? polygon : outer, &design);
+    if (!SetNamedOuterShape(outer, &design)) SetOuterShape(FileOf(path, outer, file), &design);
   });
   design.frame = node.Number("frame", design.frame);
   design.margin = node.Number("margin", design.margin);
@@ -168,11 +170,11 @@ SceneFile ReadScene(const std::string& path, uint64_t max_pixels) {
   const Json& camera = node.Get("camera");
   scene.camera = At(node.Where("camera"), [&] {
     if (camera.is_object()) return ReadInlineCamera(JsonNode(camera, "object"));
-    return ReadCamera(Relative(path, node.Text("camera")));
+    return ReadCamera(FileOf(path, node.Text("camera"), &file));
   });
   if (node.Has("background") && node.Get("background").is_string()) {
     At(node.Where("background"),
-       [&] { file.SetBackground(Relative(path, node.Text("background")), max_pixels); });
+       [&] { file.SetBackground(FileOf(path, node.Text("background"), &file), max_pixels); });
   } else {
     scene.background = node.Number("background", scene.background);
   }
@@ -182,7 +184,7 @@ SceneFile ReadScene(const std::string& path, uint64_t max_pixels) {
   const Json& markers = node.List("markers");
   for (size_t i = 0; i < markers.size(); ++i) {
     const std::string where = path + ": marker " + std::to_string(i);
-    scene.markers.push_back(ReadMarker(path, JsonNode(markers[i], where)));
+    scene.markers.push_back(ReadMarker(path, JsonNode(markers[i], where), &file));
   }
   ReadConditions(node, &scene);
   return file;

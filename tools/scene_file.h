@@ -2,6 +2,7 @@
 #define TOPOTAG_TOOLS_SCENE_FILE_H_
 
 #include <string>
+#include <vector>
 
 #include "topotag/image.h"
 #include "topotag/image_file.h"
@@ -13,13 +14,14 @@ namespace topotag::tools {
 struct SceneFile {
   Scene scene;
   Image background;
+  std::vector<std::string> files;  ///< that the scene names
 
   /// Reads the background picture and makes the scene point to it.
   /// @throws Error as ReadInput.
   void SetBackground(const std::string& path, uint64_t max_pixels);
 };
 
-/// Reads a scene; paths in it are relative to its folder.
+/// Reads a scene of at most 16 MB; the files that it names are in its folder or below.
 ///
 /// {"camera": FILE or {"width","height","fx","fy","cx","cy"(,"distortion_model","distortion")},
 ///  "background": LEVEL or FILE, "blur": S, "noise": S, "seed": N,

@@ -63,17 +63,24 @@ uint64_t MissingOfAvi(Bytes* bytes) {
   return 0;
 }
 
-// Boxes follow each other; one of length 0 reaches to the end, whatever that is.
-uint64_t MissingOfMp4(Bytes* bytes) {
+// Calls use(begin, length) for each box. They follow each other; one of length 0 reaches to the
+// end, whatever that is.
+template <typename Use>
+void ForEachBox(Bytes* bytes, Use use) {
   for (uint64_t at = 0; at + 8 <= bytes->size();) {
     uint64_t length = bytes->BigEndian(at, 4);
     if (length == 1) length = bytes->BigEndian(at + 8, 8);
-    if (length < 8) return 0;
-    const uint64_t missing = Missing(*bytes, at, length);
-    if (missing > 0) return missing;
+    if (length < 8) return;
+    use(at, length);
+    if (length > bytes->size() - at) return;
     at += length;
   }
-  return 0;
+}
+
+uint64_t MissingOfMp4(Bytes* bytes) {
+  uint64_t missing = 0;
+  ForEachBox(bytes, [&](uint64_t at, uint64_t length) { missing = Missing(*bytes, at, length); });
+  return missing;
 }
 
 // The length of an element's identifier or size: leading zeros of its first byte.
@@ -114,7 +121,10 @@ uint64_t MissingBytes(const std::string& path) {
 
 bool CountsFrames(const std::string& path) {
   Bytes bytes(path);
-  return bytes.Has(0, "RIFF") || bytes.Has(4, "ftyp");
+  if (!bytes.Has(4, "ftyp")) return bytes.Has(0, "RIFF");
+  bool fragments = false;
+  ForEachBox(&bytes, [&](uint64_t at, uint64_t) { fragments |= bytes.Has(at + 4, "moof"); });
+  return !fragments;
 }
 
 }  // namespace topotag::tools

@@ -11,7 +11,8 @@ namespace topotag::tools {
 /// Readers of videos take a file that was cut off for one that ends early.
 uint64_t MissingBytes(const std::string& path);
 
-/// Whether the container holds the number of its frames: AVI, MP4 and MOV. Of others readers only
+/// Whether the container holds the number of its frames: AVI, MP4 and MOV, unless in fragments. Of
+/// others readers only
 /// know length times rate, which is no count where the rate varies.
 bool CountsFrames(const std::string& path);
 

@@ -16,7 +16,7 @@ namespace topotag {
 /// it appears mirrored, as if printed on glass.
 struct SceneMarker {
   MarkerDesign design;
-  double tag_size = 0.05;  ///< side of the white area (4n+1 units), metres
+  double tag_size = 0.05;  ///< side of the white area (4n+1 units), metres, 1e-9 .. 1e6
   Matrix3 R{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   Vector3 t{0, 0, 1};
   double black = 25;  ///< of the ink; MarkerDesign::inverted says where it is

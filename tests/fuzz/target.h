@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "host/one_line.h"
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
 namespace topotag::fuzz {
@@ -34,10 +36,10 @@ inline void HideDevices() {
   Require(result == 0, "the environment cannot be changed");
 }
 
-/// A message for the user is one line.
+/// A message for the user is one line, and no terminal takes orders from it.
 inline void RequireOneLine(const std::string& message) {
   if (message.empty()) Abort("an error without a message");
-  if (message.find('\n') != std::string::npos) Abort("a message of several lines: " + message);
+  if (OneLine(message) != message) Abort("a message with control characters: " + message);
 }
 
 }  // namespace topotag::fuzz
