@@ -249,11 +249,13 @@ void Detector::Impl::RunStages(const ImageView& image, const Rect& area,
   Search(image, area);
   if (complement_search) {
     StopWatch watch;
-    if (source != nullptr) {
-      parts.assign(1, Rect{0, 0, image.width, image.height});
-      source->Fetch(parts);
+    const Rect all{0, 0, image.width, image.height};
+    if (pass.source != nullptr) {
+      parts.assign(1, all);
+      pass.source->Fetch(parts);
     }
-    frame.complement = Complement(image, area);
+    // A marker that the region of interest cuts may reach any distance beyond it.
+    frame.complement = Complement(image, options.roi ? all : area);
     times.threshold += watch.Lap();
     pass = {complement_search->backend.get(), &complement_search->segmentation, nullptr, true, 0};
     Search(frame.complement, area);

@@ -60,7 +60,10 @@ void Detector::Impl::Search(const ImageView& image, const Rect& whole) {
 
 ImageView Detector::Impl::Complement(const ImageView& image, const Rect& part) {
   const auto stride = static_cast<size_t>(image.width);
-  complement.Reserve(stride * static_cast<size_t>(image.height));
+  const size_t pixels = stride * static_cast<size_t>(image.height), had = complement.capacity();
+  complement.Reserve(pixels);
+  // What is beyond the part is read where a marker is cut: not what the memory was used for before.
+  if (complement.capacity() != had) std::fill_n(complement.data(), pixels, uint8_t{0});
   const Rect area = WithMargin(part, image);
   for (int y = area.y; y < area.y + area.height; ++y) {
     const uint8_t* from = image.row(y) + area.x;
@@ -70,14 +73,23 @@ ImageView Detector::Impl::Complement(const ImageView& image, const Rect& part) {
   return {complement.data(), image.width, image.height, image.width};
 }
 
+// Where only a part of the frame is searched, a marker may reach any distance beyond it.
 void Detector::Impl::FetchCandidates(const Rect& whole) {
   StopWatch watch;
+  const ImageView shadow = pass.source->shadow();
+  if (whole.width < shadow.width || whole.height < shadow.height) {
+    parts.assign(1, Rect{0, 0, shadow.width, shadow.height});
+    pass.source->Fetch(parts);
+    pass.source = nullptr;
+    times.decode += watch.Lap();
+    return;
+  }
   parts.clear();
   for (const Candidate& candidate : pass.segmentation->tree.candidates()) {
     const Feature& white = candidate.white;
     const Rect box{whole.x + white.min_x, whole.y + white.min_y, white.max_x - white.min_x + 1,
                    white.max_y - white.min_y + 1};
-    parts.push_back(WithMargin(box, pass.source->shadow()));
+    parts.push_back(WithMargin(box, shadow));
   }
   pass.source->Fetch(parts);
   times.decode += watch.Lap();

@@ -1,6 +1,7 @@
 #include "host/workers.h"
 
 #include <hwy/cache_control.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <string>
@@ -33,7 +34,7 @@ bool SpinUntil(const Condition& condition) {
 
 }  // namespace
 
-Workers::Workers(int threads) : parts_(static_cast<size_t>(threads)) {
+Workers::Workers(int threads) : parts_(static_cast<size_t>(threads)), process_(getpid()) {
   try {
     for (size_t i = 1; i < parts_.size(); ++i) others_.emplace_back([this, i] { Serve(i); });
   } catch (const std::system_error& error) {
@@ -46,14 +47,23 @@ Workers::Workers(int threads) : parts_(static_cast<size_t>(threads)) {
   }
 }
 
-Workers::~Workers() { Stop(); }
+Workers::~Workers() {
+  if (getpid() == process_) {
+    Stop();
+    return;
+  }
+  // Threads that only the parent has would be waited for without end: so does a condition that some
+  // of them wait for.
+  for (std::thread& thread : others_) thread.detach();
+  static_cast<void>(wake_.release());
+}
 
 void Workers::Stop() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
   }
-  wake_.notify_all();
+  wake_->notify_all();
   for (std::thread& thread : others_) thread.join();
 }
 
@@ -72,7 +82,7 @@ void Workers::Run(int count, Call call, const void* context) {
   job_.fetch_add(1);
   if (parked_.exchange(false)) {
     { const std::lock_guard<std::mutex> lock(mutex_); }
-    wake_.notify_all();
+    wake_->notify_all();
   }
   RunOpen(0);
   const auto ended = [this] { return unfinished_.load(std::memory_order_acquire) == 0; };
@@ -121,7 +131,7 @@ bool Workers::WaitForJob(uint32_t* seen) {
     for (;;) {
       parked_ = true;
       if (ready()) break;
-      wake_.wait(lock);
+      wake_->wait(lock);
     }
   }
   *seen = job_.load();

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <type_traits>
@@ -21,7 +22,8 @@ namespace topotag {
 /// no result may depend on who computes it, and a thread that the system has taken away delays a
 /// frame by one task at most. Idle threads spin for a moment, because waking a parked one takes
 /// longer than most frames, then park.
-/// Thread safety: For is called by one thread at a time.
+/// Thread safety: For is called by one thread at a time. After a fork the child has no other
+/// threads: the caller does all of the work, and the destructor waits for nobody.
 class Workers {
  public:
   /// @throws Error (kUnavailable) where the system has no more threads
@@ -84,7 +86,8 @@ class Workers {
   std::atomic<bool> parked_{false};
   std::atomic<bool> stop_{false};
   std::mutex mutex_;
-  std::condition_variable wake_;
+  std::unique_ptr<std::condition_variable> wake_ = std::make_unique<std::condition_variable>();
+  const int process_;  ///< that the threads are of
   std::vector<std::thread> others_;
 };
 

@@ -8,6 +8,28 @@
 namespace topotag::opencl {
 namespace {
 
+// Handles of something else work with some drivers for a while.
+void RequireBuffer(const OpenClFrame& frame, cl_context context) {
+  cl_mem_object_type type = 0;
+  cl_context of_buffer = nullptr, of_event = context;
+  TOPOTAG_CL(clGetMemObjectInfo, frame.buffer, CL_MEM_TYPE, sizeof(type), &type, nullptr);
+  if (type != CL_MEM_OBJECT_BUFFER) FailArgument("the frame's memory object is not a buffer");
+  TOPOTAG_CL(clGetMemObjectInfo, frame.buffer, CL_MEM_CONTEXT, sizeof(of_buffer), &of_buffer,
+             nullptr);
+  if (of_buffer != context) FailArgument("the frame's buffer is of another context than its queue");
+  if (frame.wait_for == nullptr) return;
+  TOPOTAG_CL(clGetEventInfo, frame.wait_for, CL_EVENT_CONTEXT, sizeof(of_event), &of_event,
+             nullptr);
+  if (of_event != context) FailArgument("the frame's event is of another context than its queue");
+  cl_int status = 0;
+  TOPOTAG_CL(clGetEventInfo, frame.wait_for, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof(status),
+             &status, nullptr);
+  if (status < 0) {
+    throw Error(ErrorCode::kDevice,
+                "OpenCL: the event to wait for has failed with " + std::to_string(status));
+  }
+}
+
 void RequireFits(const OpenClFrame& frame) {
   size_t size = 0;
   TOPOTAG_CL(clGetMemObjectInfo, frame.buffer, CL_MEM_SIZE, sizeof(size), &size, nullptr);
@@ -31,6 +53,7 @@ BufferFrames::BufferFrames(const Device& device, cl_context context,
 }
 
 void BufferFrames::Set(const OpenClFrame& frame) {
+  RequireBuffer(frame, backend_.context());
   RequireFits(frame);
   frame_ = frame;
   shadow_.Reserve(static_cast<size_t>(frame.width) * static_cast<size_t>(frame.height));

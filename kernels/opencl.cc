@@ -28,7 +28,7 @@ opencl::BufferFrames* OpenClDetection::Frames(Detector::Impl* impl, cl_command_q
   auto made = std::make_unique<opencl::BufferFrames>(
       opencl::Describe(device), context, MakeBackend(BackendKind::kSimd, &impl->workers));
   frames = made.get();
-  if (impl->source == impl->device_frames.get()) impl->source = nullptr;
+  if (impl->source == impl->device_frames.get()) impl->TakeFrom(nullptr);
   impl->device_frames = std::move(made);
   return frames;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/random_image.h"
 #include "tests/scene_util.h"
 #include "topotag/detector.h"
 
@@ -129,6 +130,31 @@ TEST_P(InvertedComplementTest, SameWithExchangedMarkers) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Pitches, InvertedComplementTest, testing::Values(22, 8, 4.5));
+
+// Of a marker that the region cuts, more is read than the region.
+TEST(InvertedTest, RegionsDoNotShowEarlierFrames) {
+  const Scene scene = MixedScene(22);
+  const Image image = RenderScene(scene);
+  const Image earlier = Complement(image.view());
+  Random random(4);
+  int found = 0;
+  for (int i = 0; i < 60; ++i) {
+    SCOPED_TRACE(i);
+    Options options = WithPoses(scene);
+    options.far = true;
+    options.hidden_nodes = 8;
+    options.threads = 1;
+    const int x = random.Below(image.width() / 2), y = random.Below(image.height() / 2);
+    options.roi = Rect{x, y, random.Between(image.width() / 4, image.width() - x),
+                       random.Between(image.height() / 4, image.height() - y)};
+    const std::vector<Detection> expected = Detector(options).detect(image.view());
+    Detector detector(options);
+    detector.detect(earlier.view());
+    ExpectSame(expected, detector.detect(image.view()), false);
+    found += static_cast<int>(expected.size());
+  }
+  EXPECT_GT(found, 60);
+}
 
 TEST(InvertedTest, SameOnEveryBackendAndNumberOfThreads) {
   const Scene scene = MixedScene(8);

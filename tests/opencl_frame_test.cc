@@ -217,6 +217,62 @@ TEST_F(OpenClFrameTest, RegionOfInterest) {
   }
 }
 
+// Of markers that the region cuts, more is read than the region.
+TEST_F(OpenClFrameTest, RegionsThatCutMarkers) {
+  Options options;
+  options.hidden_nodes = 8;
+  options.far = true;
+  Random random(3);
+  std::vector<Detection> detections;
+  for (uint64_t seed = 0; seed < 60; ++seed) {
+    const GuardedImage image = MakeFrame({320, 240, 0, FrameKind::kMarkers, seed % 6});
+    const int x = random.Below(160), y = random.Below(120);
+    options.roi = Rect{x, y, random.Between(60, 320 - x), random.Between(60, 240 - y)};
+    Detector detector(options);
+    detect(detector, Upload(image.view(), 0, 0), &detections);
+    ExpectSame(Detector(options).detect(image.view()), detections);
+    if (HasFatalFailure()) return;
+  }
+}
+
+TEST_F(OpenClFrameTest, OnlyBuffersOfTheQueuesContext) {
+  Detector detector;
+  const GuardedImage image = MakeFrame({320, 240, 0, FrameKind::kMarkers, 1});
+  const OpenClFrame good = Upload(image.view(), 0, 0);
+  std::vector<Detection> detections;
+  const auto refused = [&](const OpenClFrame& frame, ErrorCode error, const char* part) {
+    ExpectError(error, {part}, [&] { detect(detector, frame, &detections); });
+  };
+  cl_int code = CL_SUCCESS;
+  const opencl::Context other(clCreateContext(nullptr, 1, &device_.id, nullptr, nullptr, &code));
+  const Memory foreign(clCreateBuffer(other.get(), 0, 320 * 240, nullptr, &code));
+  OpenClFrame frame = good;
+  frame.buffer = foreign.get();
+  refused(frame, ErrorCode::kInvalidArgument, "buffer is of another context");
+  frame = good;
+  const Event unrelated(clCreateUserEvent(other.get(), &code));
+  frame.wait_for = unrelated.get();
+  refused(frame, ErrorCode::kInvalidArgument, "event is of another context");
+  // PoCL waits without end for what has failed already.
+  const Event failed(clCreateUserEvent(context_.get(), &code));
+  TOPOTAG_CL(clSetUserEventStatus, failed.get(), -5);
+  frame.wait_for = failed.get();
+  refused(frame, ErrorCode::kDevice, "has failed with -5");
+  cl_image_format format{CL_R, CL_UNORM_INT8};
+  cl_image_desc size{};
+  size.image_type = CL_MEM_OBJECT_IMAGE2D;
+  size.image_width = 320;
+  size.image_height = 240;
+  const Memory picture(clCreateImage(context_.get(), 0, &format, &size, nullptr, &code));
+  if (code == CL_SUCCESS) {
+    frame = good;
+    frame.buffer = picture.get();
+    refused(frame, ErrorCode::kInvalidArgument, "not a buffer");
+  }
+  detect(detector, good, &detections);
+  ExpectSame(Detector().detect(image.view()), detections);
+}
+
 TEST_F(OpenClFrameTest, WrongFramesAreRefused) {
   Detector detector;
   const GuardedImage image = MakeFrame({320, 240, 0, FrameKind::kMarkers, 1});

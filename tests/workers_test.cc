@@ -1,10 +1,13 @@
 #include "host/workers.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -269,6 +272,32 @@ TEST(WorkersTest, SeveralAtOnce) {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(failures, 0);
+}
+
+// A daemon makes itself from a process that has a detector; the child has no other threads.
+TEST(WorkersForkTest, AChildCanWorkAndEnd) {
+#if defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the thread sanitizer does not follow a fork";
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+  GTEST_SKIP() << "the thread sanitizer does not follow a fork";
+#endif
+#endif
+  auto workers = std::make_unique<Workers>(4);
+  ExpectEachOnce(workers.get(), 100);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // the others have parked
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    alarm(20);
+    ExpectEachOnce(workers.get(), 100);
+    workers.reset();
+    _exit(HasFailure() ? 1 : 0);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  ExpectEachOnce(workers.get(), 100);
 }
 
 }  // namespace

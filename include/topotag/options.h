@@ -46,8 +46,9 @@ struct Options {
   /// kAuto takes the environment variable TOPOTAG_BACKEND where it is set, else simd. A backend
   /// that is not available is an error, never replaced.
   BackendKind backend = BackendKind::kAuto;
-  /// Of one frame, 1 .. kMaxThreads, the caller's included; results do not depend on it. For many
-  /// frames at a time: one detector with one thread on each processor.
+  /// Of one frame, 1 .. kMaxThreads, the caller's included; results do not depend on it, unless the
+  /// caller's rounding mode is another one than when the detector was made. For many frames at a
+  /// time: one detector with one thread on each processor.
   int threads = DefaultThreads();
 
   /// The device of the opencl backend: DeviceInfo::index. Without it: the first GPU, else the first
