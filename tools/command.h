@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "host/one_line.h"
 #include "topotag/error.h"
 #include "topotag/family.h"
 #include "topotag/marker.h"
@@ -30,7 +31,7 @@ enum ExitStatus : int {
 /// Wrong usage: one line that names the option and the reason.
 class UsageError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit UsageError(const std::string& message) : std::runtime_error(OneLine(message)) {}
 };
 
 /// Each adds its subcommand with its options and returns what to run once they are parsed.
