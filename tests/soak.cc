@@ -49,6 +49,9 @@ constexpr int64_t kMaxGrowth = 512 << 20;
 #else
 constexpr int64_t kMaxGrowth = 4 << 20;
 #endif
+// PoCL's compiler and its threads, whose heaps differ from run to run: no more for 2,000 detectors
+// than for 200.
+constexpr int64_t kMaxDeviceGrowth = 20 << 20;
 
 int64_t ResidentBytes() {
   int64_t pages = 0;
@@ -75,7 +78,7 @@ struct Usage {
   int descriptors = OpenDescriptors();
 };
 
-bool PrintGrowth(const Usage& before, bool compare_objects) {
+bool PrintGrowth(const Usage& before, bool with_device) {
   malloc_trim(0);
   const Usage after;
   std::printf("  resident memory  %.1f MB -> %.1f MB\n", before.resident / 1e6,
@@ -83,9 +86,9 @@ bool PrintGrowth(const Usage& before, bool compare_objects) {
   std::printf("  live allocations %lld -> %lld\n", static_cast<long long>(before.objects),
               static_cast<long long>(after.objects));
   std::printf("  descriptors      %d -> %d\n", before.descriptors, after.descriptors);
-  return after.resident - before.resident <= kMaxGrowth &&
+  return after.resident - before.resident <= kMaxGrowth + (with_device ? kMaxDeviceGrowth : 0) &&
          after.descriptors == before.descriptors &&
-         (!compare_objects || after.objects == before.objects);
+         (with_device || after.objects == before.objects);
 }
 
 // A small frame with markers that are read, of all families.
@@ -170,7 +173,7 @@ bool SoakFrames(const Frames& frames, int64_t count) {
   std::printf("%lld frames, %lld markers, %.0f us a frame\n", static_cast<long long>(count),
               static_cast<long long>(markers), 1e6 * seconds / static_cast<double>(count));
   std::printf("  allocations      %lld\n", static_cast<long long>(during));
-  const bool is_flat = PrintGrowth(before, true);
+  const bool is_flat = PrintGrowth(before, false);
   return is_flat && during == 0 && markers > count / 10;
 }
 
@@ -215,7 +218,7 @@ bool SoakDetectors(const Frames& frames, BackendKind backend, int count) {
   std::printf("%d detectors of %s on %d threads, %lld markers\n", count, Name(backend), kThreads,
               static_cast<long long>(markers));
   // Drivers of devices keep things of their own.
-  return PrintGrowth(before, backend != BackendKind::kOpenCl);
+  return PrintGrowth(before, backend == BackendKind::kOpenCl);
 }
 
 int Main(int argc, char** argv) {
