@@ -101,8 +101,10 @@ TEST_F(CliFilesTest, ScenesNameFilesOfTheirOwnFolderOnly) {
   };
   fs::create_symlink("../secret", folder_ / "in" / "link");
   fs::create_symlink("..", folder_ / "in" / "up");
-  for (const std::string& path : {(folder_ / "secret").string(), std::string("../secret"),
-                                  std::string("link"), std::string("up/secret")}) {
+  fs::create_symlink("loop", folder_ / "in" / "loop");
+  for (const std::string& path :
+       {(folder_ / "secret").string(), std::string("../secret"), std::string("link"),
+        std::string("up/secret"), std::string(300, 'x'), std::string("loop")}) {
     for (const std::string key : {"background", "camera", "outer"}) {
       if (key == "background") with("\"background\": 90", "\"background\": \"" + path + "\"");
       if (key == "camera") {

@@ -24,11 +24,13 @@ constexpr int kMaxNesting = 8;
 /// A file that the scene names: of its own folder or below, by whatever links, so that somebody
 /// else's scene cannot have any file of this machine read.
 std::string FileOf(const std::string& scene, const std::string& name, SceneFile* file) {
-  const fs::path folder = fs::absolute(scene).parent_path();
-  const fs::path real_folder = fs::weakly_canonical(folder);
-  const fs::path real = fs::weakly_canonical(folder / name);
-  if (std::mismatch(real_folder.begin(), real_folder.end(), real.begin(), real.end()).first !=
-      real_folder.end()) {
+  std::error_code error;
+  const fs::path folder = fs::absolute(scene, error).parent_path();
+  const fs::path real_folder = fs::weakly_canonical(folder, error);
+  const fs::path real = error ? fs::path() : fs::weakly_canonical(folder / name, error);
+  if (error ||
+      std::mismatch(real_folder.begin(), real_folder.end(), real.begin(), real.end()).first !=
+          real_folder.end()) {
     throw Error(ErrorCode::kParse, "'" + name + "' is not a file of the scene's folder or below");
   }
   file->files.push_back((fs::path(scene).parent_path() / name).string());
